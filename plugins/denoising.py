@@ -1,4 +1,4 @@
-"""Denoising that keeps edges: in two steps, by face normals that vertices follow, and by bilateral filters of positions."""
+"""Denoising that keeps edges: filters of face normals, which the vertices follow, and bilateral filters of positions."""
 
 import inspect
 from collections.abc import Set as AbstractSet
@@ -19,25 +19,26 @@ from pymeshfair.filters.topology import BorderPolicy, border_vertices, reference
 
 from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
-#: the ways to choose parameters without a value
+#: the ways to choose automatic parameters
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
-    help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
-    "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once."
+    help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
+    "and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at once."
 )
 SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' comes first
-ITERATIONS = Int(minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more.")
+ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More are smoother, slower, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class NormalFilterParameters:
-    """How face normals are filtered; see `NormalFilter`. What is automatic is chosen for the mesh.
+    """The parameters of the filter of face normals, see `NormalFilter`; automatic ones are chosen for the mesh.
 
     Attributes:
-        method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how far its
-            normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before, for strong
-            noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those of vertices.
+        method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral': by
+            the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation on
+            averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges. 'vertex_normals' is
+            bilateral on the normals of vertices.
         range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
             edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
         space_kernel: How weight falls with distance; 'constant' does not.
@@ -45,13 +46,13 @@ class NormalFilterParameters:
             in radians; 'squared', the square of that length.
         range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30
             degrees. Larger smooths more, and across sharper edges.
-        range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that happen to
-            agree. Larger smooths more.
-        space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger
+        range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
+            agree by chance. Larger smooths more.
+        space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles. Larger
             smooths larger details.
-        neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings,
-            or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'),
-            which does not jump across a thin wall. Larger smooths larger details and is slower.
+        neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the mean
+            distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not jump across
+            a thin wall. Larger smooths larger details and is slower.
         normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
     """
 
@@ -66,15 +67,15 @@ class NormalFilterParameters:
     normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
-#: the parameters of `filter_face_normals`; the others are those of the vertices
+#: the parameters of `filter_face_normals`; the others concern the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
-CHOOSING = 0.7  # the share of the time that a choice takes, if there is one
+CHOOSING = 0.7  # the share of a choice, if there is one, in the progress
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
-BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # of what comes before both steps, see `denoised`
-#: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
+#: a triangle is a sliver below this value of `triangle_shapes`, about 1:10; a larger share of slivers gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
-#: the defaults of `normal_filtering`, where neither the caller nor the mesh decides
+#: the defaults of `normal_filtering`, for parameters that neither the caller nor the choice for the mesh sets
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(denoising.NormalFilter) if field.name in STEP_ONE},
@@ -103,31 +104,31 @@ def apply_coord_normal_filtering(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
+    """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
-    Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-    given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement in mean edges
-    as drift, and how many faces look away from those around them, before and after.
+    Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
+    parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean edges
+    as drift, and how many faces look away from the faces around them, before and after.
 
     Args:
-        vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more closely.
-        outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal
-            iteration keep edges better than once 20. 0: outliers and relaxation alone.
-        vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean
-            weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-        outliers: Vertices that stand out, as those of stray measurements: 'keep' filters them like the others, 'replace' puts
-            them first where the others expect them, 'only' moves nothing but them. 'auto' keeps them where all else is given.
-        rounding: Coordinates that were rounded, all or along one axis, as depths of a camera: 'keep' filters the steps like any
-            noise, 'undo' puts the vertices first on a smoother surface within half a step. 'auto' keeps where all else is given.
-        relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and
-            round edges, which the filter sharpens again. 'auto' takes 0 where all else is given.
-        relaxation_direction: Where these steps go: 'all' directions, or along the 'normal' alone, so that no vertex slides.
-        compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh best:
-            Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is automatic.
-        border: What the vertices of open borders do: 'fixed' stay; 'along' move along the normal alone, so that the outline
-            stays; 'free' move like any other vertex.
+        vertex_iterations: The number of steps of the vertices towards the filtered normals. More follow more closely.
+        outer_iterations: How often both steps are repeated, with the normals of the moved faces; more are smoother. 20 to 30
+            rounds of one normal iteration keep edges better than one round of 20. 0: only outliers and relaxation.
+        vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
+            mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+        outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
+            predicts their places from the others, 'only' moves nothing else. 'auto' keeps them if all else is given.
+        rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
+            'undo' first moves the vertices to a smoother surface within half a step. 'auto' means 'keep' if all else is given.
+        relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns faces
+            over, and round edges, which the filter sharpens again. 'auto' takes 0 if all else is given.
+        relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
+        compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
+            implicit, bi-Laplacian and spectral smoothing. The result is the same. Only if all parameters are automatic.
+        border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
+            'free' move like any other vertex.
     """
-    set_values = _given(
+    set_values = _not_automatic(
         **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
@@ -142,13 +143,13 @@ def apply_coord_normal_filtering(
     if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
-        how: dict[str, Any] = {name: effective[name] for name in BEFORE}
-        how["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
-        rest = part_of(progress, CHOOSING if findings else 0.0, 1.0)
-        vertices = denoising.denoised(layer.vertices, layer.faces, **how, border=border, movable=movable, progress=rest)
+        options: dict[str, Any] = {name: effective[name] for name in BEFORE}
+        options["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
+        remaining = part_of(progress, CHOOSING if findings else 0.0, 1.0)
+        vertices = denoising.denoised(layer.vertices, layer.faces, **options, border=border, movable=movable, progress=remaining)
     else:
-        how = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
-        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **how)
+        options = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
+        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **options)
         effective, findings = _parameters(made.setting), _findings(made)
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
@@ -156,12 +157,12 @@ def apply_coord_normal_filtering(
             notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
             notes = (
-                "neighbours share the noise, and the filter is chosen by the faces inside: at the border, as at silhouettes, "
-                "faces may end farther from the truth than they were",
+                "the noise of neighbours is correlated, and the filter is chosen by the faces inside: at the border, as at "
+                "silhouettes, faces may be farther from the true surface than before",
             )
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
-    told = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
-    return Edit(vertices=vertices, values={**effective, **findings, **told}, notes=(*notes, *_warnings(layer, before, after)))
+    changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
+    return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=(*notes, *_warnings(layer, before, after)))
 
 
 @mesh_filter(
@@ -181,15 +182,15 @@ def apply_normal_robust_filtering_per_face(
 ) -> Edit:
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-    It is the first half of Normal Filtering, for shading and for filters that read face normals; automatic normal iterations are
-    as many as Normal Filtering takes in all. Returns the parameters that were used.
+    This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of normal
+    iterations is the total of Normal Filtering. Returns the parameters in use.
 
     Args:
-        selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
+        selected: Only the selected faces get a new normal; the others keep theirs, and still count as neighbours.
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
-    set_values = _given(**asdict(normals))
+    set_values = _not_automatic(**asdict(normals))
     effective, findings = _completed(layer, set_values, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
     if "normal_iterations" not in set_values:
         effective["normal_iterations"] *= effective["outer_iterations"]
@@ -202,31 +203,30 @@ def apply_normal_robust_filtering_per_face(
     return Edit(face_normals=filtered, values={**effective, **findings})
 
 
-def _given(**values: Any) -> dict[str, Any]:
+def _not_automatic(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
 
 def _completed(
-    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **how: Any
+    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **kwargs: Any
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The given parameters and those that are chosen for the mesh where none is given, to go with them; and what that rests on.
+    """Completes the given parameters by a choice for the mesh; returns all parameters, and the findings behind the choice.
 
-    The mesh is only looked at if the choice has a say in one of those that the filter is made `of`; `how` goes to
-    `automatic_choice`.
+    Only measures the mesh if a parameter in `of` has to be chosen; `how` goes to `automatic_choice`.
     """
     if CHOSEN & of <= set_values.keys():
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
-    # Passes are no part of what is tried: twenty of them would cost twenty times as much. Rounding is undone or not, in all.
-    no_part = ("normal_iterations", "rounding")
-    tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in no_part})
-    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
+    # The trials do not vary normal iterations, since twenty would cost twenty times as much, nor rounding.
+    not_tried = ("normal_iterations", "rounding")
+    tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
+    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
-        # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
+        # The choice is no normal filtering: complete the given parameters with the filter's own default instead of 0 rounds.
         del chosen["outer_iterations"]
     return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
@@ -239,15 +239,15 @@ def _parameters(setting: denoising.Setting) -> dict[str, Any]:
 
 
 def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
-    """The kind of mesh and noise that was found, and the numbers behind it."""
+    """The kind of mesh and the noise that were found, with their evidence."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
 def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
-    """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
-    how: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
-    comparison = compare_smoothers(layer.vertices, layer.faces, **how) if made.kind == "noisy" else None
+    """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
+    options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
+    comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
     if comparison is None:
         return []
     rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})
@@ -255,7 +255,7 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
-    """In words, where faces are folded over still, and slivers are why."""
+    """A note if faces are still folded over because of slivers."""
     slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER)) if after else 0.0
     if slivers <= MANY_SLIVERS:
         return ()
@@ -264,11 +264,11 @@ def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
-    """The mean distance of the vertices that a face uses from where they were, in mean edges."""
+    """The mean displacement of the vertices in a face, in mean edges."""
     used = referenced_vertices(layer.faces, len(vertices))
     if not used.any() or layer.mean_edge == 0.0:
         return 0.0
-    # In edges first, so that squares neither overflow nor vanish.
+    # Divide by the edge first, so that squares neither overflow nor vanish.
     moved = (vertices - layer.vertices)[used] / layer.mean_edge
     return float(np.linalg.norm(moved, axis=1).mean())
 
@@ -278,15 +278,15 @@ def _mean_displacement(layer: Layer, vertices: Floats) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Kernels:
-    """Kernels and scales: the parameters that bilateral filters share.
+    """The common parameters of bilateral filters: kernels and scales.
 
     Attributes:
-        range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them less, and
-            'l2', which does not.
-        space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
-            counts all alike, 'l1' favours the nearest.
-        range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger noise,
-            and flattens larger features. 'auto' estimates it from the mesh.
+        range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at all;
+            the others keep them.
+        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2' weights all
+            neighbours equally, 'l1' favours the nearest.
+        range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise, and
+            flattens larger features. 'auto' estimates it from the mesh.
     """
 
     range_kernel: Annotated[KernelName, Enum()] = "gaussian"
@@ -295,7 +295,7 @@ class Kernels:
     space_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments of a bilateral filter; a scale of 0 is estimated."""
+        """The arguments of a bilateral filter, which estimates a scale of None."""
         return {**asdict(self), "range_sigma": self.range_sigma or None, "space_sigma": self.space_sigma or None}
 
 
@@ -309,16 +309,16 @@ def apply_coord_bilateral_fleishman(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours that roughly agree.
+    """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours at similar heights.
 
     Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
 
     Args:
-        space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean edges.
+        space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges.
     """
-    how: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
-    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
-    return Edit(vertices=denoising.bilateral_fleishman(layer.vertices, layer.faces, **how))
+    options: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
+    options |= {"movable": movable_vertices(layer, selected), "progress": progress}
+    return Edit(vertices=denoising.bilateral_fleishman(layer.vertices, layer.faces, **options))
 
 
 @vertex_smoother(name="Bilateral Denoising by Triangle Predictors (Jones)", references=("jones2003",))
@@ -330,18 +330,18 @@ def apply_coord_bilateral_jones(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes noise and keeps features in one step: every vertex goes to the mean of its projections to the planes of triangles.
+    """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-    Near triangles that roughly agree count most. Triangles are found by place, so that non-manifold meshes and loose triangles
-    are filtered too; curved surfaces shrink less than along normals.
+    Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold meshes
+    and loose triangles are filtered too; curved surfaces shrink less than by the filter along normals.
 
     Args:
-        space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges.
-        border: What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.
+        space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.
+        border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
     """
-    how: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}
+    options: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}
     movable = movable_vertices(layer, selected)
-    return Edit(vertices=denoising.bilateral_jones(layer.vertices, layer.faces, **how, movable=movable))
+    return Edit(vertices=denoising.bilateral_jones(layer.vertices, layer.faces, **options, movable=movable))
 
 
 @vertex_smoother(
@@ -361,32 +361,32 @@ def apply_coord_bilateral_projection_of_points(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
+    """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar heights.
 
-    Triangles play no part. The normals themselves are not changed: compute them anew afterwards. With automatic iterations it
-    returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it is.
+    Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns the
+    choice and the trials, with errors in spacings; a cloud without noise stays as it is.
 
     Args:
-        neighbors: How many nearest points count. More are smoother, slower, and round off edges.
-        space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it from
-            the mean distance of the farthest neighbour.
-        iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, neighbours,
-            degree and, if that is automatic, range sigma that best predict points which the filter has not seen.
-        degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. Quadrics
-            follow curved surfaces, which then shrink less, but need 40 neighbours and more.
-        use_normals: Move along the normals that the points have. Otherwise they are estimated anew in each iteration.
+        neighbors: The number of nearest points that count. More are smoother, slower, and round off edges.
+        space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more. 'auto'
+            takes it from the mean distance of the farthest neighbour.
+        iterations: The number of steps. More are smoother, slower, and shrink more. 'auto' takes the iterations, neighbours,
+            degree and, if automatic, range sigma with the least prediction error at held-out points.
+        degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
+            quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
+        use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
     """
-    how: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
-    how["movable"] = movable_vertices(layer, selected)
+    options: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
+    options["movable"] = movable_vertices(layer, selected)
     values: dict[str, Any] = {}
     if iterations < 0:
-        choice = chosen_projection(layer.vertices, **how, progress=part_of(progress, 0.0, 0.8))
+        choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))
         chosen = Projection() if choice is None else choice.chosen.label
         values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
-        neighbors, how["range_sigma"], iterations, degree = chosen
+        neighbors, options["range_sigma"], iterations, degree = chosen
         progress = part_of(progress, 0.8, 1.0)
-    how |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}
-    return Edit(vertices=denoising.bilateral_projection(layer.vertices, **how, progress=progress), values=values)
+    options |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}
+    return Edit(vertices=denoising.bilateral_projection(layer.vertices, **options, progress=progress), values=values)

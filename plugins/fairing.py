@@ -1,4 +1,4 @@
-"""Fairing: of a whole mesh, tangential, of a selected region, between two rims."""
+"""Fairing filters: bi-Laplacian smoothing of a mesh, tangential smoothing, region fairing, and bridges between two rims."""
 
 import math
 from typing import Annotated, Any, Literal, TypeAlias
@@ -33,27 +33,27 @@ def apply_coord_bilaplacian_smoothing(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
+    """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
     W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
-    detail size. Returns w in one over the fourth power of mesh units (0 or infinite where no number is so small or large), how
-    many vertices moved and how far the furthest went.
+    detail size. Returns w in one over the fourth power of mesh units (0 or infinite if it underflows or overflows), the number
+    of moved vertices and the largest displacement.
 
     Args:
-        weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays closer
-            to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.
-        features: What is spared. 'none': nothing; 'curvature': ridges, where the surface bends by more than an angle, may stay
-            sharp; 'scalar': places of a high vertex scalar.
-        feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise
-            is filtered out before. Larger spares sharper ridges alone.
-        feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2).
-            Larger spares higher values alone.
+        weight: How strongly vertices are held in place, w, in one over the fourth power of mean edges. Larger stays closer to the
+            input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.
+        features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle, stay
+            sharp; 'scalar': parts with a high vertex scalar.
+        feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight; noise
+            is filtered out before. Larger keeps only sharper ridges.
+        feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2). Larger
+            keeps only higher values.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise moving.no_amount("weight")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
-    if weight:  # as a length, whose fourth power may leave the range of numbers
+    if weight:  # convert to a length: the fourth power may overflow
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
@@ -61,20 +61,21 @@ def apply_coord_bilaplacian_smoothing(
         raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
-    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **options: Any) -> Floats:
         notes.clear()
-        how |= {"feature_weights": weights, "border": border}
-        how["on_irregular"] = lambda count: notes.add(moving.irregular_note(count))
-        return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **how)
+        options |= {"feature_weights": weights, "border": border}
+        options["on_irregular"] = lambda count: notes.add(moving.irregular_note(count))
+        return fairing.bilaplacian_smoothing(points, faces, detail_size=size, **options)
 
-    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
-    if done.amount:
-        done = done._replace(notes=(*notes, *done.notes))
-    held = fairing.weight_of_detail_size(done.amount) if done.amount else math.inf
-    return done.edit(weight=held, **displacement(layer.vertices, done.vertices))
+    smoothed = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    if smoothed.amount:
+        smoothed = smoothed._replace(notes=(*notes, *smoothed.notes))
+    held = fairing.weight_of_detail_size(smoothed.amount) if smoothed.amount else math.inf
+    return smoothed.edit(weight=held, **displacement(layer.vertices, smoothed.vertices))
 
 
 def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
+    """(n,) the weights W of the bending energy; None for 1 everywhere."""
     if features == "none":
         return None
     if features == "curvature":
@@ -101,29 +102,29 @@ def apply_coord_tangential_smoothing(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
+    """Improves the shape of triangles on the same surface: vertices move along it towards the mean of their neighbours.
 
-    Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles whose
-    edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
-    Returns the mean quality of the triangles before and after (1 for equilateral ones), how many triangles flips have changed,
-    how many vertices moved and how far the furthest went.
+    Open borders stay. No triangle folds over. Colours and texture coordinates move with their vertices. Triangles with flipped
+    edges come last; they take colour and scalar from nearby old triangles, and their custom attributes are 0. Returns the mean
+    triangle quality before and after (1 for equilateral triangles), the number of triangles changed by flips, the number of
+    moved vertices and the largest displacement.
 
     Args:
-        weight: How strongly vertices are held to their places. Larger moves them less in each iteration.
-        iterations: How many steps are taken. More give better triangles, up to a point, and take longer.
-        max_deviation: How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth of
-            it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges.
-        flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for
-            range maps and other grids. Not on textured meshes.
+        weight: How strongly vertices are held in place. Larger moves them less in each iteration.
+        iterations: The number of steps. More give better triangles, up to a point, and take longer.
+        max_deviation: The largest distance of the centres of triangles and edges from the input surface, at sharp edges a fifth
+            of it; vertices stay on the surface. Larger allows better triangles where the surface is curved or has edges.
+        flip_edges: Before each step, flip edges where this improves the two adjacent triangles: for range maps and other grids.
+            Not on textured meshes.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
-    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
-    how["flip_edges"] = flip_edges and not textured
+    options: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation}
+    options["flip_edges"] = flip_edges and not textured
     movable = moving.movable_vertices(layer, selected)
-    vertices, faces = fairing.tangential_smoothing(layer.vertices, layer.faces, **how, movable=movable, progress=progress)
+    vertices, faces = fairing.tangential_smoothing(layer.vertices, layer.faces, **options, movable=movable, progress=progress)
     replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
     exchange: dict[str, Any] = {}
-    if new := int(replaced.sum()):  # new triangles are selected if those in their rows were
+    if new := int(replaced.sum()):  # new triangles inherit the selection of the old triangles in the same rows
         exchange["added_faces"] = faces[replaced]
         exchange["delete_faces"] = np.append(replaced, np.zeros(new, dtype=np.bool_))
         exchange["face_selection"] = np.append(layer.face_selection, layer.face_selection[replaced])
@@ -140,8 +141,8 @@ def apply_coord_tangential_smoothing(
 FairingEnergy: TypeAlias = Annotated[
     fairing.Energy,
     Enum(
-        help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
-        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round."
+        help="'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the tangent "
+        "planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round."
     ),
 ]
 
@@ -161,18 +162,18 @@ def apply_coord_region_fairing(
     remesh: Annotated[bool, Bool()] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
+    """Replaces the selected part of a surface by the smoothest part that continues the surface around it.
 
-    For dents, scars, bad fillings and seams. The selected vertices move, or, when no vertex is selected, those all of whose
-    triangles are; the others, and open borders, stay. One, two or three rings of vertices around the region decide, so select
-    until the damage ends, and a ring more. Returns how many vertices moved, the backward error of the solution, and a bound of
-    the error that solving leaves as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
+    For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles are all
+    selected. The others, and open borders, stay. The result depends on one, two or three rings of vertices around the region, so
+    select all of the damage and one ring more. Returns the number of moved vertices, the backward error of the solution, and an
+    error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 
     Args:
-        iterations: How often, each time with the areas and angles that the one before has left. More forget the old shape more
-            fully; one is mostly enough. With remeshing it is done three times at least.
-        remesh: Replace the triangles of the part, too, by regular ones as dense as those around, which come last and are
-            selected: for rough damage. Colours go on from around; each new triangle shows one place of the texture.
+        iterations: The number of solutions, each with the areas and angles of the previous result. More depend less on the old
+            shape; one is usually enough. Remeshing takes at least three.
+        remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They come
+            last and are selected. They continue the colours around; each shows one place of the texture.
     """
     try:
         chosen = layer.selected_vertices()
@@ -209,13 +210,13 @@ def apply_coord_region_fairing(
 
 
 def _staying(chosen: Bools, moved: int) -> str:
-    """The note on selected vertices that do not move."""
+    """The note on selected vertices that stay."""
     count = int(chosen.sum())
     return f"{count - moved:,} of the {count:,} selected vertices lie on an open border or have no triangle, and stay."
 
 
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
-    """The selected vertices and their triangles replaced by a filling."""
+    """The edit that replaces the chosen vertices and their triangles by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
     new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)
@@ -252,15 +253,15 @@ def meshing_bridge_rims_by_fairing(
     selected: Annotated[bool, Bool(label="Selected rims only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
+    """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-    A rim is a loop of border edges. The two nearest rims of different parts get a band of triangles between them, as dense as
-    they are, whose inside is faired; the rest stays as it is. The new elements are selected. Parts in several layers are merged
-    into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how many edges each rim has.
+    A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
+    Its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
+    (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:
-        selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when all
-            of its vertices are.
+        selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its vertices
+            are.
     """
     among = layer.selected_vertices() if selected else None
     blend = fairing.blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)

@@ -1,4 +1,4 @@
-"""Closing holes by surfaces that continue the one around them."""
+"""The filter that closes holes by patches that continue the surface around."""
 
 from collections import Counter
 from typing import Annotated, Any, Literal, TypeAlias
@@ -15,7 +15,7 @@ from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # of marked faces
-MOST_NAMED = 10  # rims that were closed, and rims that were left open, that get a note of their own, the largest first
+MOST_NAMED = 10  # the largest number of notes on closed rims, on rims with a lower energy, and on open rims; largest rims first
 
 
 @mesh_filter(
@@ -39,35 +39,34 @@ def meshing_close_holes_by_fairing(
 ) -> Edit:
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
-    What is there stays as it is, textures too. New vertices and faces come last and are then the selection. Colours and scalars
-    go on from the rim, and a new face shows a place of the texture near by of such a colour. Returns how many holes were closed
-    and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and how many
-    rims were left open, why and with how many edges; the largest are named one by one.
+    Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue colours
+    and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the number of
+    closed holes and the edges of each rim, the numbers of new vertices and faces, the number of holes with a lower energy, and
+    the number of open rims with reasons and edges; notes name the largest rims.
 
     Args:
-        max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a
-            gigabyte of memory. Outer borders of open sheets stay open: rims that turn like that of a flat disc, and those that
-            span more than a third of the area of their sheet, unless they are selected.
+        max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges takes half
+            a gigabyte of memory. Outer borders of open sheets stay open: rims that turn like the rim of a flat disc; and, unless
+            selected, rims that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows noise at the rim;
-            'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy, which is said.
-        refine: Split the new faces until they are as dense as those around. Without, there are no new vertices, and nothing is
+            'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy; a note says so.
+        refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and nothing is
             faired.
-        rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests that.
-        islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if
-            that cannot be done; 'leave' fills the hole without regard to them.
+        rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around bulges.
+        islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole open
+            if that fails; 'leave' fills the hole as if they were not there.
         selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
-        mark: How new faces are marked in a saved file: 'scalar' gives each the number of its hole, from 1, and all others 0, in
-            place of the scalars of faces; 'color' paints them orange, and the others white if faces had no colours; 'none' leaves
-            both.
+        mark: How new faces are marked in a saved file: 'scalar' replaces the face scalars by the number of the hole, from 1, and
+            by 0 on old faces; 'color' paints new faces orange, and old faces white if uncoloured; 'none' changes neither.
     """
-    how: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
+    options: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
     touched = None
     if selected:
         touched = layer.vertex_selection.copy()
         touched[layer.faces[layer.face_selection]] = True
         touched = touched if touched.any() else layer.selected_vertices()  # which raises
-    filling = close_holes(layer.vertices, layer.faces, **how, selected=touched, progress=progress)
+    filling = close_holes(layer.vertices, layer.faces, **options, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
     refined = set(filling.hole_of_vertex.tolist())
     lower = [k for k, used in enumerate(filling.energies) if used != energy and k in refined]
@@ -86,6 +85,7 @@ def meshing_close_holes_by_fairing(
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:
+    """The fields of an `Edit` that mark the new faces."""
     if not filling.closed:
         return {}
     if mark == "scalar":
@@ -102,13 +102,13 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
 
 
 def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[int]) -> list[str]:
-    """One sentence for each hole that was closed, was placed by a `lower` energy, or is open though a user may want it closed."""
+    """Notes on the largest closed holes, holes with a `lower` energy, and rims left open against the wish of the user."""
     if not (filling.closed or filling.left_open):
-        crowded = len(non_manifold_edges(layer.faces))
-        if crowded == 0:
+        non_manifold = len(non_manifold_edges(layer.faces))
+        if non_manifold == 0:
             return ["there is no hole: every edge has two faces"]
         return [
-            f"no hole was found: no edge has one face alone, but {crowded} have more than two; faces that are there twice hide "
+            f"no hole was found: no edge has one face alone, but {non_manifold} have more than two; duplicate faces hide "
             "holes, so remove duplicate faces first"
         ]
     closed = sorted(filling.closed, key=len, reverse=True)
@@ -116,7 +116,7 @@ def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[i
     left.sort(key=lambda rim: -len(rim.vertices))
     reasons = (
         f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area",
-        f"that of {energy!r} would reach further out of its rim than the rim is wide, as beside a spike",
+        f"with {energy!r} it would reach further out of its rim than the rim is wide, as beside a spike",
     )
     notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in closed[:MOST_NAMED]]
     notes += [
@@ -126,7 +126,7 @@ def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[i
     ]
     notes += [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in left[:MOST_NAMED]]
     if outer := sum(rim.reason == "outer" for rim in filling.left_open):
-        notes.append(f"outer borders of open sheets that were left: {outer}")
+        notes.append(f"outer borders of open sheets that were left open: {outer}")
     return notes
 
 

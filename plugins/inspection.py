@@ -15,12 +15,12 @@ Colored = Annotated[
     bool,
     Bool(
         label="Colour",
-        help="Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.",
+        help="Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.",
     ),
 ]
 
 _LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
-#: declares a filter that makes the vertex scalar, and shows it in colours
+#: `mesh_filter` with the defaults for a filter that writes the vertex scalar and shows it in colours
 vertex_look = partial(
     mesh_filter,
     classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
@@ -31,12 +31,12 @@ vertex_look = partial(
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
 def get_surface_measures(layer: Layer) -> Edit:
-    """Counts, topology, size, roughness and triangle quality of the mesh.
+    """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
-    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says whether
+    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports whether
     the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed surfaces), the mean
-    edge (of polylines, too; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
-    faces that share an edge) and the mean triangle quality (1 for equilateral ones).
+    edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
+    the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
     """
     return Edit(values=asdict(inspection.surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
 
@@ -47,13 +47,13 @@ def compute_scalar_by_mean_curvature_per_vertex(
 ) -> Edit:
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
-    In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between limits that
+    In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white on flat parts, orange on bulges, between limits that
     enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
     Args:
-        operator: 'cotangent' is right on every mesh; 'uniform' is calm at slivers, but wrong where vertices are spread unevenly.
+        operator: 'cotangent' is right on every mesh; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
     """
-    return _seen(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
+    return _colored(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
 
 
 @vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
@@ -62,15 +62,15 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
 ) -> Edit:
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
 
-    Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits that
-    enclose 98 % of the vertices. On borders it is 0, or as a deficit how far they turn. Returns the limits, the lowest, the
-    highest and the mean value, and the sum.
+    Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose 98 %
+    of the vertices. On borders the curvature is 0, and the deficit is the turn of the border. Returns the limits, the lowest,
+    the highest and the mean value, and the sum.
 
     Args:
-        measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in radians.
+        measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in radians.
     """
     values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
-    return _seen(layer, values, color, sum=float(values[_used(layer)].sum()))
+    return _colored(layer, values, color, sum=float(values[_used(layer)].sum()))
 
 
 @mesh_filter(
@@ -80,9 +80,9 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     changes=MeshElement.FACEQUALITY | MeshElement.FACECOLOR,
 )
 def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = True) -> Edit:
-    """Gives every face its shape: 1 for an equilateral triangle, towards 0 for slivers, 0 without area.
+    """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
-    The shortest edge over the radius of the circumcircle, normalised. Colours from dark violet at 0 to bright yellow at 1.
+    The quality is the shortest edge over the circumradius, normalised. Colours from dark violet at 0 to bright yellow at 1.
     Returns the limits, the lowest, the highest and the mean value.
     """
     shapes = inspection.triangle_shapes(layer.vertices, layer.faces)
@@ -99,15 +99,14 @@ def compute_color_by_reflection_lines_per_vertex(
     direction: Annotated[tuple[float, float, float], Direction()] = (0.0, 1.0, 0.0),
     view: Annotated[tuple[float, float, float], Direction()] = (0.0, 0.0, 1.0),
 ) -> Edit:
-    """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
+    """Colours the vertices like a polished surface in a hall of parallel lamps.
 
-    The lines jump where the surface has a crease and bend where its curvature does. The brightness, from 0 to 1, becomes the
-    vertex scalar.
+    The lines jump at creases, and bend sharply where the curvature jumps. The brightness, from 0 to 1, becomes the vertex scalar.
 
     Args:
-        stripes: How many lamps there are all round. More show smaller defects, up to the length of the edges.
-        direction: Along the lamps, which are parallel and infinitely far.
-        view: From the mesh to the eye.
+        stripes: The number of lamps all round. More show smaller defects, down to the length of the edges.
+        direction: The direction along the lamps, which are parallel and infinitely far.
+        view: The direction from the mesh to the eye.
     """
     normals = inspection.mesh_normals(layer.vertices, layer.faces)
     bright = inspection.reflection_stripes(normals, view=view, direction=direction, stripes=stripes)
@@ -129,17 +128,17 @@ def compute_scalar_by_displacement_per_vertex(
     signed: Annotated[bool, Bool()] = True,
     color: Colored = True,
 ) -> Edit:
-    """Gives every vertex how far it lies from another layer: what a clean-up has moved.
+    """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-    In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there, orange
-    above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance,
-    the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices were compared by number.
+    In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at 0 and
+    orange above. Unsigned values go from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the
+    mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
 
     Args:
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.
         correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
-            'auto' takes 'vertex' where the two layers have the same faces.
-        signed: Negative where the mesh lies on the inner side of the reference. Without it all values are distances.
+            'auto' takes 'vertex' if the two layers have the same faces.
+        signed: Values on the inner side of the reference are negative. Otherwise all values are distances.
     """
     other = layer.other(reference)
     result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
@@ -152,20 +151,20 @@ def compute_scalar_by_displacement_per_vertex(
             "distance_95": float(np.quantile(d, 0.95)),
             "largest_distance": float(d.max()),
         }
-    return _seen(layer, result.signed if signed else result.distances, color, signed=signed, **values)
+    return _colored(layer, result.signed if signed else result.distances, color, signed=signed, **values)
 
 
 def _used(layer: Layer) -> Bools:
-    """(n,) the vertices that count: those of triangles, or all of a mesh without any."""
+    """(n,) which vertices count: those in a triangle, or all vertices of a mesh without triangles."""
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
-def _seen(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **more: Any) -> Edit:
-    """Values of vertices as their scalar and, if `color`, their colour."""
+def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **report: Any) -> Edit:
+    """The edit that writes values to the vertex scalar and, if `color`, to the vertex colours."""
     counted = values[_used(layer)]
     limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None
-    return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | more)
+    return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | report)
 
 
 def _statistics(values: Floats, limits: inspection.Limits) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Selecting points that do not belong to the surface."""
+"""Filters that select points: outliers, stray points, surplus points, vertices far from a cloud."""
 
 from functools import partial
 from typing import Annotated, Any
@@ -13,17 +13,17 @@ from pymeshfair.filters.inspection import Surface
 from pymeshfair.filters.mesh import Bools, Floats, Ints
 from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points, surplus_points
 
-#: declares a filter that selects points of a cloud
+#: `mesh_filter` with the defaults for a filter that selects points of a cloud
 point_selection = partial(
     mesh_filter, classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET, changes=MeshElement.VERTFLAGSELECT
 )
 
 
-def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **more: float) -> Edit:
-    """The selection, and how many points are in it, in words too if there are any: they are of a `kind`."""
+def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
+    """The edit that selects points, with their number, and a note if there are any: they are of a `kind`."""
     count = int(np.count_nonzero(selected))
     notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
-    return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **more}, notes=notes)
+    return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
 @point_selection(
@@ -39,19 +39,19 @@ def compute_selection_by_outlier_probability_per_vertex(
     threshold: Annotated[float, Float(minimum=0, maximum=1)] = 0.5,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Selects the vertices that are probably outliers, and gives every vertex that probability.
+    """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
-    LoOP (local outlier probability) compares how far each vertex is from its neighbours with how far they are from theirs: dense
-    and sparse parts of a scan are judged alike. The probability, from 0 to 1, becomes the vertex scalar. The selection of
-    vertices is replaced, that of faces stays. Faces play no part. Returns the number of selected vertices, the largest and the
-    mean probability.
+    LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of the neighbours to
+    theirs, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar. The
+    selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of selected vertices,
+    the largest and the mean probability.
 
     Args:
-        neighbors: How many nearest points a point is compared with, more than the clumps of stray points have. More give steadier
+        neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
-        extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations. Larger gives
-            lower probabilities, so fewer points are selected.
-        threshold: Vertices with a probability above it are selected. Larger selects fewer, 1 none.
+        extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives lower
+            probabilities, so fewer points are selected.
+        threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
@@ -70,15 +70,15 @@ def compute_selection_by_stray_points_per_vertex(
     clouds_only: Annotated[bool, Bool(label="Point clouds only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
+    """Selects the points of a cloud that belong to no surface: single distant points, hazes, and isolated clumps.
 
-    The selection of vertices is replaced. Faces play no part. Returns the number of selected points.
+    The selection of vertices is replaced. Faces are ignored. Returns the number of selected points.
 
     Args:
-        neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take longer.
-        sparseness: Points farther from their neighbours than this many times the median are selected. Larger keeps sparser parts
-            of a scan, and denser hazes.
-        smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps.
+        neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take longer.
+        sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
+            sparser parts of a scan, and also denser hazes.
+        smallest_part: Isolated clumps of fewer points are selected. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):
@@ -86,17 +86,17 @@ def compute_selection_by_stray_points_per_vertex(
             f"this is a mesh of {len(layer.faces)} faces, not a point cloud, and would get holes: the recipe 'clean_range_map' "
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
-    how: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
+    options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
-    return _selection(stray_points(layer.vertices, **how, progress=progress), kind)
+    return _selection(stray_points(layer.vertices, **options, progress=progress), kind)
 
 
 @point_selection(name="Select Surplus Points")
 def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float, Percentage(default="1%")]) -> Edit:
-    """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
+    """Selects all points but the first in each cell of a grid: without them the cloud is thinner, with an even density.
 
-    Points that stay are those that were measured, with all that belongs to them. The grid has a corner at the origin. The
-    selection of vertices is replaced; faces play no part. Returns the number of selected points.
+    The remaining points are measured points with all their attributes. The grid has a corner at the origin. The selection of
+    vertices is replaced; faces are ignored. Returns the number of selected points.
 
     Args:
         side: The side of the cells. Larger leaves fewer points.
@@ -114,17 +114,17 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
 def compute_selection_by_distance_from_cloud_per_vertex(
     layer: Layer, *, reference: Annotated[int, Mesh(label="Cloud")] = 0, spacings: Annotated[float, Float(minimum=0)] = 4.0
 ) -> Edit:
-    """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
+    """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
-    The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the cloud
-    is sparse, two thirds of what it is there. The selection of vertices is replaced. Says which share of the area hangs on them,
-    which of the rest is over half as far, and which share of the points lies as far from the rest, and returns the number of
-    selected vertices.
+    The spacing of the cloud is the median, over its points, of the mean distance to their six nearest neighbours; in sparse
+    parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report three shares: the area
+    with selected vertices, the other area beyond half the distance, and the points without unselected surface within the
+    distance. Returns the number of selected vertices.
 
     Args:
-        reference: The layer whose vertices are the points that were measured.
-        spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger keeps
-            bridges over wider gaps.
+        reference: The layer whose vertices are the measured points.
+        spacings: Vertices farther from the nearest point than this many spacings of the cloud are selected. Larger keeps bridges
+            over wider gaps.
     """
     cloud = layer.other(reference).vertices
     of_points = cloud_spacings(cloud)
@@ -133,9 +133,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     notes: tuple[str, ...] = ()
     if len(layer.faces):
         areas, furthest = vector_lengths(cross_products(layer.vertices, layer.faces)), away[layer.faces].max(axis=1)
-        far, rest = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
+        far, half = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
         notes = (
-            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {rest - far:.2%} is "
+            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {half - far:.2%} is "
             f"farther than {0.5 * spacings:g}, and bridges gaps",
             *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
@@ -143,11 +143,11 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
 
 def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
-    """Which share of the points, of some thousands, a reconstruction does not reach; nothing where it reaches all."""
+    """A note on the share of the points, from a sample of thousands, without surface nearby; nothing if there are none."""
     if not len(faces):
         return ()
-    some = slice(None, None, max(1, len(cloud) // 10_000))
-    away = Surface.of(vertices, faces).nearest(cloud[some]).distances / of_points[some]
+    sample = slice(None, None, max(1, len(cloud) // 10_000))
+    away = Surface.of(vertices, faces).nearest(cloud[sample]).distances / of_points[sample]
     share = float((away > spacings).mean())
     note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"
     return (note,) if share > 0.0 else ()

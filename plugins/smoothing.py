@@ -1,4 +1,4 @@
-"""Smoothing by diffusion: of vertices, explicit, implicit and Taubin's; of curves; of scalars and colours that stops at edges."""
+"""Smoothing by diffusion: implicit, explicit and Taubin's; spikes; curves; edge-preserving diffusion of scalars and colours."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -37,30 +37,29 @@ def apply_coord_implicit_fairing(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
+    """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-    Unlike explicit smoothing it does not depend on the sampling, and no step is too long.
+    Unlike explicit smoothing, the result does not depend on the sampling, and every step length is stable.
 
     Args:
-        operator: 'cotangent' is the Laplace-Beltrami operator, whatever the triangulation; 'robust' is the same for slivers,
+        operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for slivers,
             non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time step.
         time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length').
             Larger is smoother; any value is stable. 0: not used, the detail size decides.
-        iterations: At the same detail size more steps cut off more sharply; with a time step each one smooths further.
+        iterations: With a detail size, more iterations make a sharper cutoff; with a time step, each iteration smooths further.
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
-            'conformalized' updates the areas alone, so that thin parts do not pinch off.
+            'conformalized' updates only the areas, so that thin parts do not pinch off.
         preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-        keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the
-            shape its size, open or closed. Not for point clouds.
+        keep_dimensions: Move parts of the shape back along the normals by what they have lost as a whole: limbs keep their
+            thickness and the shape its size, open or closed. Not for point clouds.
     """
-    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
-    how |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
+    options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
+    options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
     if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * moving.squared_mean_edge(layer)
-        how |= {"movable": movable_vertices(layer, selected), "progress": progress}
-        return Edit(
-            vertices=diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **how), values={"time_step": time}
-        )
+        options |= {"movable": movable_vertices(layer, selected), "progress": progress}
+        vertices = diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **options)
+        return Edit(vertices=vertices, values={"time_step": time})
     if operator not in ("cotangent", "robust"):  # the others do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
     if detail_size == 0.0:
@@ -69,19 +68,19 @@ def apply_coord_implicit_fairing(
     def time_of(size: float) -> float:
         return diffusion.time_step_of_detail_size(size, iterations=iterations, keep_dimensions=keep_dimensions)
 
-    def smooth(points: Floats, faces: Ints, size: float, **which: Any) -> Floats:
-        return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **how, **which)
+    def smooth(points: Floats, faces: Ints, size: float, **keywords: Any) -> Floats:
+        return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **options, **keywords)
 
-    done = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
-    return done.edit(time_step=time_of(done.amount) if done.amount else 0.0)
+    smoothed = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
+    return smoothed.edit(time_step=time_of(smoothed.amount) if smoothed.amount else 0.0)
 
 
 def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
-    """MeshLab's Laplacian Smooth where it does the same: not with cotangents, which MeshLab computes with 32 bits."""
+    """MeshLab's Laplacian Smooth if it gives the same result; never with cotangents, which MeshLab computes with 32 bits."""
     if (values["update"], values["operator"]) != ("meshlab", "uniform") or values["border"] == "fixed" or values["selected"]:
         return None
-    own = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}
-    return Equivalent("apply_coord_laplacian_smoothing", own | {"selected": False})
+    parameters = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}
+    return Equivalent("apply_coord_laplacian_smoothing", parameters | {"selected": False})
 
 
 @vertex_smoother(
@@ -101,25 +100,25 @@ def apply_coord_explicit_smoothing(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
+    """Moves all vertices towards the weighted mean of their neighbours, in repeated steps.
 
-    Simple and fast, but closed surfaces shrink, which they do not by Taubin Fairing.
+    Simple and fast, but closed surfaces shrink; Taubin Fairing avoids this.
 
     Args:
         operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length'
-            keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal;
-            'laplace_beltrami' is the same in true units; 'robust' works on slivers, non-manifold meshes and point clouds too.
-        step: The share of the way to the neighbours' mean that a vertex goes, from 0 to 1; for 'scale_dependent',
+            keeps uneven sampling, and 'scale_dependent' too, in true lengths; 'cotangent' moves vertices along the normal, and
+            'laplace_beltrami' too, in true units; 'robust' also works on slivers, non-manifold meshes and point clouds.
+        step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
             'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is smoother.
-        update: 'euler' takes the step above. 'meshlab' repeats MeshLab's own Laplacian Smooth, where the vertex itself is
-            averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
+        update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex itself,
+            and the step is not used; only with the operators 'uniform' and 'cotangent'.
     """
     has_unit = operator in ("scale_dependent", "laplace_beltrami", "robust")  # L in 1 / length^2, the step in length^2
     unit = moving.squared_mean_edge(layer) if has_unit else 1.0
-    how: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
-    how |= {"movable": movable_vertices(layer, selected), "progress": progress}
+    options: dict[str, Any] = {"operator": operator, "iterations": iterations, "update": update, "border": border}
+    options |= {"movable": movable_vertices(layer, selected), "progress": progress}
     try:
-        return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **how))
+        return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **options))
     except UnstableStepError as error:
         largest = error.largest_stable / unit
         raise UnstableStepError(
@@ -129,24 +128,24 @@ def apply_coord_explicit_smoothing(
         ) from error
 
 
-#: lambda, which smooths, mu, which goes back, and the pass band, which gives mu for a lambda
+#: lambda is the smoothing step, mu the step back; a pass band determines mu for a given lambda
 TAUBIN_STEP = Float(label="Step (lambda)", minimum=0, maximum=1)
 TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; not "
-    "used when a pass band is given. Only for Taubin's method.",
+    help="The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used when a "
+    "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
 
 
 def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
-    """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
+    """MeshLab's Taubin Smooth, equivalent on closed meshes only: on a border its step is two thirds of ours."""
     if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] == "auto":
         return None
-    own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
-    return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
+    parameters = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
+    return Equivalent("apply_coord_taubin_smoothing", parameters, closed_only=True)
 
 
 @vertex_smoother(name="Taubin Fairing", references=("taubin1995",), equivalent=taubin_smooth_of_meshlab)
@@ -164,21 +163,20 @@ def apply_coord_taubin_fairing(
 ) -> Edit:
     """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-    With the uniform operator it is MeshLab's Taubin Smooth, but on open borders, where a step of MeshLab's is two thirds of ours.
+    Equals MeshLab's Taubin Smooth with the uniform operator, except on open borders: MeshLab's step there is two thirds of ours.
 
     Args:
         operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent'
-            moves vertices along the normal alone.
-        step: The step that smooths, above 0. Larger is smoother per iteration.
+            moves vertices only along the normal.
+        step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
-            Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda).
-        iterations: How many pairs of steps. More are smoother. 'auto' takes the number whose slopes are expected to be nearest to
-            the true ones.
+            Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda).
+        iterations: The number of pairs of steps. More are smoother. 'auto' takes the number with the least expected slope error.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
-    def smooth(points: Floats, faces: Ints, passes: float, **which: Any) -> Floats:
-        return faired(points, faces, iterations=int(passes), **which)
+    def smooth(points: Floats, faces: Ints, passes: float, **keywords: Any) -> Floats:
+        return faired(points, faces, iterations=int(passes), **keywords)
 
     return moving.smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress).edit()
 
@@ -191,16 +189,16 @@ def apply_coord_spike_removal(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+    """Moves single vertices that stand up like needles back among their neighbours; all other vertices keep every bit.
 
     Vertices on open borders stay. Returns the number of spikes.
 
     Args:
-        steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
-            Larger removes thinner spikes alone; below 1 the corners of boxes go.
+        steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
+            Larger removes only thinner spikes; below 1 the corners of boxes count as spikes.
     """
-    how: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
-    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **how)
+    options: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
+    vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **options)
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})
 
 
@@ -222,44 +220,46 @@ def apply_coord_curve_smoothing(
 ) -> Edit:
     """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
 
-    Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces of the
-    same layer are not looked at.
+    Planar curves stay in their plane. A vertex at a branch moves towards the mean of all its neighbours. Faces of the layer are
+    ignored.
 
     Args:
-        method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the
-            detail size vanish, in steps of any length; closed curves shrink a little. 'taubin': a step and a longer one back, so
-            that curves keep their size.
-        weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not
-            move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
-        time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is
-            smoother; any value is stable. 0: not used, the detail size decides.
-        step: For 'explicit' and 'taubin': the share of the way to the neighbours' mean, above 0. Larger is smoother.
-        pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs
-            m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
-        iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead.
-        border: What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.
+        method: 'explicit': every vertex moves a step towards its neighbours; closed curves shrink. 'implicit': waves below the
+            detail size vanish, any step length is stable, and closed curves shrink a little. 'taubin': a step and a longer step
+            back, so that curves keep their size.
+        weights: 'inverse_length': near neighbours pull more, so that uneven sampling is kept and straight parts do not move.
+            'uniform': all neighbours pull equally, which evens out the distances along the curve.
+        time_step: For 'implicit': the strength of one iteration, a pure number; uniform weights need it. Larger is smoother; any
+            value is stable. 0: not used, the detail size decides.
+        step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0. Larger
+            is smoother.
+        pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices have
+            the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
+        iterations: The number of steps. More are smoother; with a detail size they make a sharper cutoff instead.
+        border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
     """
     by_size = method == "implicit" and time_step == 0.0
     if by_size and weights == "uniform":
         raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
     if by_size and detail_size == 0.0:
         raise moving.no_amount("time_step")
-    how: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
-    how |= {"time_step": time_step if method == "implicit" and not by_size else None}
-    how |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}
+    options: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
+    options |= {"time_step": time_step if method == "implicit" and not by_size else None}
+    options |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}
     movable = movable_vertices(layer, selected)
-    return Edit(vertices=curve_smoothing(layer.vertices, layer.edges, **how, movable=movable, progress=progress))
+    return Edit(vertices=curve_smoothing(layer.vertices, layer.edges, **options, movable=movable, progress=progress))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Diffusion:
-    """Diffusion that stops at edges: the parameters that both filters have.
+    """The common parameters of diffusion that stops at edges.
 
     Attributes:
-        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the paper's, 1
-            / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it, 'l2' does not.
-        step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger is
-            smoother per iteration.
+        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and 'gaussian',
+            exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at edges; 'huber' slows it
+            there; 'l2' does not.
+        step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a vertex.
+            Larger is smoother per iteration.
     """
 
     range_kernel: Annotated[diffusion.EdgeStop, Enum(label="Range kernel")] = "lorentzian"
@@ -269,14 +269,14 @@ class Diffusion:
     selected: Selected = False
 
 
-def _diffused(values: Floats, layer: Layer, how: Diffusion, progress: Progress) -> Floats:
-    """The values of vertices, (n,) or (n, k), after the diffusion."""
-    if how.step == 0.0:
+def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Progress) -> Floats:
+    """Diffuses (n,) or (n, k) values of vertices."""
+    if parameters.step == 0.0:
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
-    given: dict[str, Any] = {"edge_stop": how.range_kernel, "contrast": how.range_sigma or None}
-    given |= {"step": how.step * diffusion.longest_step(layer.faces), "iterations": how.iterations}
-    given |= {"movable": movable_vertices(layer, how.selected), "progress": progress}
-    return diffusion.perona_malik(values, layer.faces, **given)
+    options: dict[str, Any] = {"edge_stop": parameters.range_kernel, "contrast": parameters.range_sigma or None}
+    options |= {"step": parameters.step * diffusion.longest_step(layer.faces), "iterations": parameters.iterations}
+    options |= {"movable": movable_vertices(layer, parameters.selected), "progress": progress}
+    return diffusion.perona_malik(values, layer.faces, **options)
 
 
 #: declares a filter that smooths attributes of vertices
@@ -289,14 +289,16 @@ attribute_smoother = partial(mesh_filter, references=("perona1990", "black1998")
     requires=MeshElement.FACENUMBER | MeshElement.VERTQUALITY,
     changes=MeshElement.VERTQUALITY,
 )
-def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
+def apply_scalar_anisotropic_diffusion_per_vertex(
+    layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
+) -> Edit:
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
     Args:
-        range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs more
-            edges. 'auto' takes it from the median difference.
+        range_sigma: Larger differences between neighbours are edges, and are kept. Larger smooths stronger noise and blurs more
+            edges. 'auto' estimates it from the median difference.
     """
-    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, how, progress))
+    return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, parameters, progress))
 
 
 @attribute_smoother(
@@ -305,13 +307,15 @@ def apply_scalar_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusio
     requires=MeshElement.FACENUMBER | MeshElement.VERTCOLOR,
     changes=MeshElement.VERTCOLOR,
 )
-def apply_color_anisotropic_diffusion_per_vertex(layer: Layer, *, how: Diffusion, progress: Progress = ignore_progress) -> Edit:
+def apply_color_anisotropic_diffusion_per_vertex(
+    layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
+) -> Edit:
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
     Args:
-        range_sigma: Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white. Larger
-            smooths stronger noise and blurs more edges. 'auto' takes it from the median difference.
+        range_sigma: Larger differences between neighbouring colours are edges, and are kept; from black to white it is 1.73.
+            Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
-    colors[:, :3] = _diffused(colors[:, :3], layer, how, progress)
+    colors[:, :3] = _diffused(colors[:, :3], layer, parameters, progress)
     return Edit(vertex_colors=colors)

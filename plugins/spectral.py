@@ -1,4 +1,4 @@
-"""Spectral filters: by the wavelengths of a surface, with its modes or without them."""
+"""Spectral filters, which change a surface by wavelength, with its modes or without them."""
 
 import math
 from dataclasses import fields
@@ -19,8 +19,8 @@ ORDER = Int(minimum=min(spectral.ORDERS), maximum=max(spectral.ORDERS), advanced
 OPERATOR = Enum(
     label="Operator",
     advanced=True,
-    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
-    "'auto' takes the robust one where it is needed.",
+    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and non-manifold "
+    "meshes; 'auto' takes 'robust' if it is needed.",
 )
 
 
@@ -39,26 +39,26 @@ def apply_coord_spectral_filter(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
+    """Removes, keeps or exaggerates details by their size, like an equaliser for sound.
 
-    A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each by a factor that depends
-    on its wavelength alone. The centroids of components stay, and open borders get as smooth as the surface. Returns the route
-    that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a bound of the error in
-    mesh units.
+    A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each mode by a factor that
+    depends only on its wavelength. The centroids of components stay, and open borders become as smooth as the surface. Returns
+    the method that ran (route), the number of modes or the degree of the polynomial, the wavelength at the cutoff, and an error
+    bound in mesh units.
 
     Args:
-        response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size, to be
-            chosen above the size of the noise, to the largest size by the gain and keeps all others; 'band_pass' keeps that band
-            alone, to look at.
-        largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four detail
+        response: 'low_pass' removes waves shorter than the detail size. 'enhance' multiplies the waves from the detail size to
+            the largest size by the gain, and keeps all others; the detail size should exceed the size of the noise. 'band_pass'
+            keeps only this band, for inspection.
+        largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four detail
             sizes.
-        modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. More keep finer
-            features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.
-        gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.
+        modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep finer
+            features: 5 leave a blob, 500 most features. 0: not used, the detail size decides.
+        gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger, below 1 weaker.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
             beside edges. Not used with a number of modes.
         method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' computes
-            modes only where their number is given and memory allows. The result says which ran.
+            modes only if their number is given and memory allows. The result names the method.
     """
     if modes == 0 and detail_size == 0.0:
         raise no_amount("modes")
@@ -67,23 +67,23 @@ def apply_coord_spectral_filter(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
     filtered: spectral.SpectralResult | None = None
-    same: dict[str, Any] = {"response": response, "order": order, "method": method, "operator": operator}
-    same |= {"largest_size": largest_size or None, "modes": modes or None, "gain": gain if response == "enhance" else None}
+    options: dict[str, Any] = {"response": response, "order": order, "method": method, "operator": operator}
+    options |= {"largest_size": largest_size or None, "modes": modes or None, "gain": gain if response == "enhance" else None}
 
-    def smooth(points: Floats, faces: Ints, size: float, **how: Any) -> Floats:
+    def smooth(points: Floats, faces: Ints, size: float, **keywords: Any) -> Floats:
         nonlocal filtered
-        filtered = spectral.spectral_filter(points, faces, detail_size=None if modes else size, **same, **how)
+        filtered = spectral.spectral_filter(points, faces, detail_size=None if modes else size, **options, **keywords)
         return filtered.vertices
 
-    done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
-    if filtered is None or not (modes or done.amount):
-        return done.edit()
+    smoothed = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
+    if filtered is None or not (modes or smoothed.amount):
+        return smoothed.edit()
     report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
+    return Edit(vertices=filtered.vertices, values={**report, **smoothed.values}, notes=(_in_words(response, filtered),))
 
 
 def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:
-    """The change of the shape in words; the computation is reported in numbers."""
+    """A sentence about the change of the shape; numbers report the computation."""
     if filtered.route == "none":
         return filtered.explanation
     did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
@@ -102,23 +102,23 @@ def apply_coord_detail_enhancement(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
+    """Makes the relief of a surface higher, such as worn letters, and keeps its shape, its size and its borders.
 
-    Vertices move along the normals of the shape, by the waves of the relief; shorter and longer ones stay. Near open borders and
-    in thin parts less changes. Returns the two wavelengths, the height of the relief as it was (root mean square), the largest
-    displacement, and the share of the vertices that the thickness has held back by half or more.
+    Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open borders and
+    in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean square), the
+    largest displacement, and the share of the vertices whose displacement the thickness has halved or more.
 
     Args:
-        gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing.
-        detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone.
+        gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing.
+        detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger includes only larger details.
             'auto': where the spectrum of the surface rises above its noise, at least five mean edges.
-        largest_size: The longest wave of the relief. Larger takes in larger parts. 'auto': four detail sizes.
-        most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that is
-            less. Larger lets thin parts change more.
+        largest_size: The longest wave of the relief. Larger includes larger parts. 'auto': four detail sizes.
+        most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of it if
+            the gap is smaller. Larger lets thin parts change more.
     """
-    how: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
-    how |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
-    enhanced = spectral.enhance_details(layer.vertices, layer.faces, **how, movable=movable_vertices(layer, selected))
+    options: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
+    options |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
+    enhanced = spectral.enhance_details(layer.vertices, layer.faces, **options, movable=movable_vertices(layer, selected))
     notes: tuple[str, ...] = ("nothing was enhanced: no triangle has an area",)
     if enhanced.detail_size > 0.0:
         edge = layer.mean_edge
@@ -145,15 +145,15 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
+    """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for inspection.
 
-    Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square over the surface is 1, the sign always the same; it
-    is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit), its wavelength (2
-    pi / frequency) and its eigenvalue (the frequency squared).
+    Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square of a mode over the surface is 1, its sign is
+    reproducible; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit),
+    its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
     Args:
-        mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has shorter waves and
-            takes longer.
+        mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has
+            shorter waves and takes longer.
     """
     harmonic = spectral.one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))
@@ -178,18 +178,18 @@ def get_surface_spectrum(
     operator: Annotated[SurfaceOperatorName, OPERATOR] = "auto",
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """How much of the shape lies at which frequency: where it ends and where noise begins.
+    """Measures the energy of the shape by frequency, which shows where the shape ends and the noise begins.
 
-    The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
-    components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the frequencies
-    and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves of the mesh.
+    The energy of a frequency is the contribution of its waves to the mean squared distance of the surface from the centroids of
+    its components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns frequencies
+    and energies of the lowest modes, and the energies in bands of a third of an octave up to the finest waves of the mesh.
 
     Args:
-        modes: How many modes are listed, from the lowest. More reach higher frequencies and take longer; the energies of bands do
-            not need them.
+        modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; the energies of bands
+            do not need modes.
     """
     energies = spectral.spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
-    # Lists, not arrays: a run hands them over whole.
+    # Lists, not arrays: a run reports lists in full.
     report = {f.name: getattr(energies, f.name) for f in fields(energies)}
     values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
     return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})

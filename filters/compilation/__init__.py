@@ -1,4 +1,4 @@
-"""Functions that run as machine code: compiled once by numba, in a process of its own, and loaded without numba."""
+"""Kernels: functions that run as machine code, compiled once by numba in a separate process, and loaded without numba."""
 
 from .kernel import Compilation, compile_ahead, compiled, listed_signatures, loaded_kernels, on_compilation, prange
 from .machine_code import Stored, allowed_threads, most_threads, processor, set_threads, single_thread, stored

@@ -1,8 +1,7 @@
-"""The process in which numba compiles.
+"""The compiler process: the only process that imports numba.
 
-Numba is imported there alone, so that a process that computes starts fast, and numba's settings for the processor concern no
-other code of a program. The process starts when the first kernel is missing in the store, compiles one kernel after the other,
-and ends with the process that started it.
+So a process that computes starts fast, and numba's settings for the processor do not affect other code of the program. The
+compiler process starts with the first kernel that is not stored, compiles one kernel after the other, and ends with its parent.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: Environment variables of the process, on which the code depends; the user's settings of numba have no effect on it. With SLP
-#: the three coordinates of a point go through the processor's vectors together: a step of 10,000 vertices takes 0.7 of the time.
+#: Environment variables of the compiler process, on which the machine code depends; the user's numba settings have no effect.
+#: SLP vectorises the three coordinates of a point: a step of 10,000 vertices takes 0.7 of the time.
 SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 class CompilationError(PymeshfairError, ImportError):
-    """A kernel could not be compiled; the message is numba's."""
+    """A kernel could not be compiled; the message comes from numba."""
 
 
 class Compiler:
-    """Starts the process with the first kernel; one thread at a time uses it."""
+    """A compiler process, which starts with the first kernel; one thread at a time uses it."""
 
     def __init__(self) -> None:
         """See the class."""
@@ -55,7 +54,7 @@ class Compiler:
         return process
 
     def compile(self, module: str, name: str, signature: Signature) -> MachineCode:
-        """The machine code of the kernel ``module.name`` for these types of arguments; `CompilationError` if numba refuses."""
+        """Compiles the kernel ``module.name`` for these argument types; raises `CompilationError` if numba refuses."""
         with self._lock:
             try:
                 self._send(self._process, (module, name, signature))
@@ -69,7 +68,7 @@ class Compiler:
         return MachineCode(*answer)
 
     def close(self) -> None:
-        """End the process."""
+        """Ends the compiler process."""
         process = self.__dict__.pop("_process", None)
         if process is not None:
             atexit.unregister(self.close)
@@ -77,14 +76,14 @@ class Compiler:
                 process.kill()
 
     @staticmethod
-    def _send(process: subprocess.Popen[bytes], what: Any) -> None:
+    def _send(process: subprocess.Popen[bytes], message: Any) -> None:
         assert process.stdin is not None
-        process.stdin.write(pickle.dumps(what))
+        process.stdin.write(pickle.dumps(message))
         process.stdin.flush()
 
 
 def numba_type(written: ArgumentType) -> Any:
-    """The type that numba has for one of `pymeshfair.filters.compilation.kernel.ArgumentType`."""
+    """Returns the numba type of a `pymeshfair.filters.compilation.kernel.ArgumentType`."""
     types: Any = importlib.import_module("numba").types
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
@@ -92,13 +91,13 @@ def numba_type(written: ArgumentType) -> Any:
             kind = attrgetter(name)(importlib.import_module(module))
             return types.BaseTuple.from_types([numba_type(part) for part in written[1]], kind)
         return types.BaseTuple.from_types([numba_type(part) for part in written])
-    name, *more = written.split()
+    name, *layout = written.split()
     plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
-    return types.Array(plain, int(more[0]), more[1], readonly="readonly" in more) if more else plain
+    return types.Array(plain, int(layout[0]), layout[1], readonly="readonly" in layout) if layout else plain
 
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
-    """The machine code of a kernel by numba; in the process that compiles."""
+    """Compiles a kernel with numba; runs in the compiler process."""
     dispatcher = kernel.dispatcher
     arguments: Any = tuple(numba_type(written) for written in signature)
     dispatcher.compile(arguments)
@@ -111,10 +110,10 @@ def machine_code(kernel: Any, signature: Signature) -> MachineCode:
 
 
 def main() -> None:
-    """Compiles the kernels that are requested on stdin, until it is closed."""
+    """The compiler process: compiles the kernels requested on stdin until stdin is closed."""
     orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
-    os.dup2(2, 1)  # stdout carries the answers: prints go to stderr
+    os.dup2(2, 1)  # stdout carries the answers, so prints go to stderr
     sys.path[:] = pickle.load(orders)
     with suppress(EOFError):
         while True:

@@ -1,11 +1,11 @@
 """Kernels: functions compiled by numba, whose machine code is stored, and loaded or compiled at the first call.
 
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
-cache checks only the file that holds the function, and misses changes of functions and constants imported from other files.
+cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
-At installation, and by ``pymeshfair doctor --warm``, several processes side by side compile ahead what ``signatures.json`` lists:
-the kernels, and the types of their arguments, that the shipped recipes and all filters with their defaults use.
-``tools/generate.py kernels`` writes it from runs of these.
+``signatures.json`` lists the kernels and argument types that the shipped recipes, and all filters with their defaults, use.
+The installation and ``pymeshfair doctor --warm`` compile them ahead in several processes; ``tools/generate.py kernels`` runs the
+recipes and filters, and writes the list.
 """
 
 import hashlib
@@ -31,9 +31,9 @@ from . import machine_code
 from .compiler import COMPILER, SETTINGS, CompilationError, Compiler
 from .machine_code import call_parallel, most_threads, start_threads
 
-#: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
-#: layout (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the
-#: module and the name of its class, then the tuple
+#: The type of an argument. A number: ``"float64"``, ``"int64"``, ``"bool"``; None: ``"none"``. An array with its number of axes
+#: and its layout (C, F, or A for any): ``"float64 2 C"``, ``"float64 2 C readonly"``. A tuple: the tuple of the types. A named
+#: tuple: (``"module:class"``, the tuple of the types).
 ArgumentType: TypeAlias = "str | tuple[Any, ...]"
 Signature: TypeAlias = "tuple[ArgumentType, ...]"
 
@@ -42,16 +42,16 @@ _PLAIN: dict[type, str] = {bool: "bool", int: "int64", float: "float64", type(No
 _PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
 _C, _F, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400  # numpy's flags of an array
 LIST = Path(__file__).parent / "signatures.json"
-#: by module and kernel, the types of arguments
+#: The signatures by module and kernel name.
 Signatures: TypeAlias = dict[str, dict[str, list[Signature]]]
 
 
 class UnknownTypeError(PymeshfairError, TypeError):
-    """An argument is of a type that has no text here."""
+    """The type of an argument is not an `ArgumentType`."""
 
 
 def signature_of(arguments: tuple[Any, ...]) -> Signature:
-    """The types of arguments; `UnknownTypeError` if one is none of `ArgumentType`."""
+    """Returns the types of the arguments; raises `UnknownTypeError` if one is not an `ArgumentType`."""
     return tuple([_type_of(value) for value in arguments])
 
 
@@ -80,7 +80,7 @@ def _array_type(dtype: np.dtype[Any], axes: int, flags: int) -> str:
 
 
 def from_json(document: Any) -> Any:
-    """The type, or signature, that was written as JSON: lists are tuples."""
+    """Reads a type or a signature from JSON, where tuples are lists."""
     return tuple(from_json(part) for part in document) if isinstance(document, list) else document
 
 
@@ -88,16 +88,16 @@ if TYPE_CHECKING:
     from numba import prange as prange
 else:
 
-    class prange:  # noqa: N801 - as numba calls it
+    class prange:  # noqa: N801 - numba's name
         """A plain ``range``; the compiler replaces it by numba's ``prange``."""
 
         def __new__(cls, *limits: int) -> range:
-            """A range: the function runs without numba, too."""
+            """Returns a range, so that the function also runs without numba."""
             return range(*limits)
 
 
 def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
-    """The hash of a function that numba compiles with these options; `TypeError` if it uses a value that cannot be hashed."""
+    """Hashes a function and the numba options; raises `TypeError` if the function uses a value that cannot be hashed."""
     parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]
     parts += [f"closure {_of_value(cell.cell_contents, function)}" for cell in function.__closure__ or ()]
     text = "\n".join([*parts, *_of_code(function.__code__, function)])
@@ -132,12 +132,12 @@ def _of_value(value: Any, function: FunctionType) -> str:
     raise TypeError(f"{function.__module__}.{function.__qualname__} uses {value!r}, which cannot be hashed")
 
 
-#: for a type checker a kernel has the type of the function that it is made from
+#: For a type checker a kernel has the type of its Python function.
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
-    """A function that runs as machine code, see `compiled`; numba treats it as one of its own, so kernels can call each other."""
+    """A function that runs as machine code, see `compiled`; numba accepts it as its own, so that kernels can call each other."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         """See `compiled`."""
@@ -147,10 +147,10 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self.code: dict[Signature, Callable[..., Any]] = {}  # what this process has
+        self.code: dict[Signature, Callable[..., Any]] = {}  # the machine code that this process has loaded
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the machine code for these argument types, which is loaded or compiled if needed."""
+        """Calls the machine code for these argument types; loads or compiles it if needed."""
         try:
             signature = signature_of(arguments)
         except UnknownTypeError:
@@ -161,8 +161,9 @@ class Kernel:
         return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
+        """Returns the machine code for a signature: from the store, or compiled and stored."""
         if self._is_parallel:
-            start_threads()  # the linker needs the addresses of their functions
+            start_threads()  # the linker needs the addresses of the thread functions
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
             return self.code.setdefault(signature, self.dispatcher)  # another process cannot import it
         name = self.stored_name(signature)
@@ -171,7 +172,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # code that is loaded twice has the environment of one of both, which may be gone
+        with _LOADING:  # code loaded twice shares the environment of one copy, which may be freed
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)
@@ -179,19 +180,19 @@ class Kernel:
 
     @cached_property
     def _is_parallel(self) -> bool:
-        """Whether it, or a kernel that it calls, has parallel loops."""
+        """Whether this kernel, or a kernel that it calls, has parallel loops."""
         names = self.py_func.__globals__
         called = (names.get(name) for name in self.py_func.__code__.co_names)
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
 
     def stored_name(self, signature: Signature) -> str:
-        """The name of its machine code in the store."""
+        """The name of the stored machine code for a signature."""
         key = hashlib.sha256(f"{self.fingerprint} {SETTINGS} {signature!r}".encode()).hexdigest()
         return f"{self.__module__.rpartition('.')[2]}.{self.__qualname__}-{key[:32]}"
 
     @cached_property
     def dispatcher(self) -> Any:
-        """Numba's dispatcher: for the process that compiles, and for argument types without a `Signature`."""
+        """Numba's dispatcher, for the compiler process and for argument types without a `Signature`."""
         import numba
 
         function = self.py_func
@@ -203,7 +204,7 @@ class Kernel:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A hash of everything that determines the machine code, except the argument types."""
+        """The hash of everything that determines the machine code, except the argument types."""
         return fingerprint(self.py_func, self.options)
 
     @property
@@ -223,19 +224,19 @@ def compiled(
 
 
 def compiled(function: Any = None, /, **options: Any) -> Any:
-    """Make a `Kernel` of a function: ``@compiled`` or ``@compiled(nogil=True)``.
+    """Makes a `Kernel` of a function: ``@compiled`` or ``@compiled(nogil=True)``.
 
     Args:
-        function: restricted to the Python and NumPy that numba supports, and other kernels.
-        **options: numba's: `nogil` releases the interpreter lock, `parallel` runs loops over `prange` on several threads,
-            `fastmath` names the allowed reorderings of floating-point operations, and "numpy" for `error_model` makes a division
-            by 0 no error, so that loops with divisions can be vectorised.
+        function: may use the Python and NumPy that numba supports, and other kernels.
+        **options: numba's options. `nogil` releases the interpreter lock. `parallel` runs loops over `prange` on several threads.
+            `fastmath` names the allowed reorderings of floating-point operations. With "numpy" as `error_model` a division by 0
+            raises no error, so that loops with divisions can be vectorised.
     """
     return Kernel(function, options) if function is not None else lambda function: Kernel(function, options)
 
 
 def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
-    """Module name, name and kernel of every kernel that a loaded module of a package defines."""
+    """Yields the module name, the name and the kernel of every kernel in the loaded modules of a package."""
     for module_name, module in list(sys.modules.items()):
         if module_name.startswith(f"{package}."):
             for name, value in list(vars(module).items()):
@@ -247,8 +248,8 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 class Compilation:
     """The compilations of this process so far."""
 
-    kernels: int = 0  # their number, with the one that is being compiled; kernels that they call are not counted
-    seconds: float = 0.0  # the time that they took
+    kernels: int = 0  # the number of kernels, with the one in progress; kernels that they call do not count
+    seconds: float = 0.0  # the total time of the finished compilations
     is_going_on: bool = False  # whether a kernel is being compiled
 
 
@@ -258,39 +259,35 @@ _so_far = [Compilation()]
 
 
 def on_compilation(listener: Callable[[Compilation], None]) -> None:
-    """Calls the listener when this process begins to compile a kernel, and when it ends."""
+    """Calls the listener at the start and at the end of each compilation in this process."""
     _listeners.append(listener)
 
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """A context in which a kernel is compiled, of which the listeners are told."""
+    """A context in which a kernel is compiled; calls the listeners at its start and its end."""
 
-    def tell(**news: Any) -> None:
-        _so_far[0] = replace(_so_far[0], **news)
+    def update(**changes: Any) -> None:
+        _so_far[0] = replace(_so_far[0], **changes)
         for listener in _listeners:
             listener(_so_far[0])
 
     before, started = _so_far[0], time.perf_counter()
-    tell(kernels=before.kernels + 1, is_going_on=True)
+    update(kernels=before.kernels + 1, is_going_on=True)
     try:
         yield
     finally:
-        tell(seconds=before.seconds + time.perf_counter() - started, is_going_on=False)
+        update(seconds=before.seconds + time.perf_counter() - started, is_going_on=False)
 
 
 def listed_signatures() -> Signatures:
-    """The signatures that are compiled ahead."""
+    """Reads the signatures to compile ahead."""
     listed = json.loads(LIST.read_text("utf-8"))
     return {module: {name: list(from_json(each)) for name, each in kernels.items()} for module, kernels in listed.items()}
 
 
-def compile_ahead(
-    signatures: Mapping[str, Mapping[str, list[Signature]]],
-    *,
-    processes: int | None = None,
-) -> list[str]:
-    """Compiles all kernels that are not stored yet, in so many processes, None for one a processor; the messages of failures."""
+def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, processes: int | None = None) -> list[str]:
+    """Compiles all kernels that are not stored yet, and returns the messages of failures; None: one process per processor."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
     compilers = [Compiler() for _ in range(count)]
@@ -308,13 +305,13 @@ def compile_ahead(
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Compiles one kernel; returns the message of a failure."""
+    """Compiles one kernel with an idle compiler; returns the message of a failure."""
     compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)
         if machine_code.read(stored) is None:
             machine_code.write(stored, compiler.compile(module, name, signature))
-    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list costs time later, no more
+    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # an outdated list only costs time later
         return [f"{module}.{name}: {type(error).__name__}: {error}"]
     finally:
         idle.put(compiler)

@@ -1,9 +1,9 @@
-"""Stores machine code that numba has made, and loads it without numba, whose import takes longer than most filters.
+"""Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-Code of the installation lies beside this module, other code in a folder of the user, under a name with all that it depends on.
-It calls small functions in C, of numba's own extension modules; these are loaded by their paths, and the code is linked with them
-by llvmlite. `compiler` makes the code; a test compares both ways of loading it. The threads of parallel kernels are OpenMP's,
-through numba's module, or numba's own where there is no OpenMP.
+Installed code lies beside this module, other code in the user's cache folder; the file name has a hash of all that the code
+depends on. Machine code calls C functions of numba's extension modules. This module loads these by their paths, and llvmlite
+links the code with them. A test compares this way of loading with numba's. Parallel kernels use OpenMP threads through numba's
+module; without OpenMP they use numba's own threads.
 """
 
 import builtins
@@ -23,15 +23,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-#: The levels of x86-64, the best first, and a few features of each.
+#: The levels of x86-64, the best first, and some features that each requires.
 _X86_LEVELS = (
     ("x86-64-v3", ("avx2", "bmi2", "f16c", "fma", "lzcnt", "movbe")),
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
-#: The kernels that come with the package; only the installation writes there.
+#: The folder of kernels that come with the package; only the installation writes to it.
 INSTALLED = Path(__file__).parent / "kernels"
-#: The functions that parallel code calls besides ``numba_parallel_for``.
+#: The C functions that parallel code calls besides ``numba_parallel_for``.
 _FUNCTIONS = (
     *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
     *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
@@ -40,19 +40,19 @@ _OF_THREAD = threading.local()
 
 
 class MachineCode(NamedTuple):
-    """One function for one signature."""
+    """The machine code of one function for one signature."""
 
-    object: bytes  # an object file, as compilers write it
-    function: str  # the symbol of the function that takes Python's arguments
-    environment: str  # the symbol of the variable that points to its constants
-    constants: tuple[Any, ...]  # which are objects of Python
+    object: bytes  # an object file
+    function: str  # the symbol of the function, which takes Python arguments
+    environment: str  # the symbol of the variable that points to the constants
+    constants: tuple[Any, ...]  # Python objects
 
 
 @cache
 def processor() -> str:
-    """The processor that code is made for: a level that many share, so that results have the same bits on all of them.
+    """The target processor of the code: a level that many processors share, so that results have the same bits on all of them.
 
-    The environment variable NUMBA_CPU_NAME names another one.
+    The environment variable NUMBA_CPU_NAME overrides it.
     """
     if name := os.environ.get("NUMBA_CPU_NAME"):
         return name
@@ -69,13 +69,13 @@ def processor() -> str:
 
 @cache
 def made_here() -> str:
-    """A name of the versions of Python, numba and llvmlite, the system and the processor, on which code depends."""
+    """The folder name for this machine: the versions of Python, numba and llvmlite, the system and the processor."""
     numba, llvmlite = (importlib.metadata.version(name) for name in ("numba", "llvmlite"))
     return f"{sys.implementation.cache_tag}-numba{numba}-llvmlite{llvmlite}-{sys.platform}-{platform.machine()}-{processor()}"
 
 
 def lasts() -> bool:
-    """Whether later processes find the code that this one compiles: whether the user's folder can be written."""
+    """Whether the user's folder is writable, so that later processes find the code that this one compiles."""
     folder = users_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -84,7 +84,7 @@ def lasts() -> bool:
 
 
 def users_folder() -> Path:
-    """The user's folder for compiled code: in NUMBA_CACHE_DIR, or where the system keeps caches."""
+    """The user's folder for compiled code: in NUMBA_CACHE_DIR, or in the cache folder of the system."""
     if folder := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(folder) / "pymeshfair"
     home = Path("~").expanduser()
@@ -96,33 +96,33 @@ def users_folder() -> Path:
 
 
 class Stored(NamedTuple):
-    """The compiled functions for this Python, this numba and this processor."""
+    """The stored kernels for this Python, this numba and this processor."""
 
-    installed: int  # the number of kernels that came compiled with the package
-    kept: int  # the number of kernels compiled since
-    folder: Path  # the folder of the latter
-    lasts: bool  # whether that folder can be written; if not, every process compiles missing kernels anew
+    installed: int  # number of kernels that came with the package
+    kept: int  # number of kernels in the user's folder
+    folder: Path  # the user's folder
+    lasts: bool  # whether that folder is writable; if not, every process compiles missing kernels again
 
 
 def stored() -> Stored:
-    """The compiled functions that are stored."""
+    """Counts the stored kernels."""
     folder = users_folder()
     installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
     return Stored(installed, kept, folder, lasts())
 
 
 def read(name: str) -> MachineCode | None:
-    """The data stored under that name, or None."""
+    """Returns the code stored under a name, or None."""
     for place in (INSTALLED, users_folder()):
-        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # a disk that was full or has failed
+        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # after a full or failing disk
             return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))
     return None
 
 
 def write(name: str, code: MachineCode) -> None:
-    """Store it; a file appears whole or not at all, as several processes may write the same one."""
+    """Stores code under a name; atomically, since several processes may write the same file."""
     place = users_folder() / made_here()
-    with suppress(OSError):  # where nothing can be written the next process compiles it again
+    with suppress(OSError):  # if the folder is not writable, the next process compiles the kernel again
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
@@ -133,7 +133,7 @@ def write(name: str, code: MachineCode) -> None:
 
 
 def load(code: MachineCode, name: str) -> Callable[..., Any]:
-    """The function of compiled code, which holds a reference to the code; `name` is for messages."""
+    """Links machine code and returns its function, which holds a reference to the code; `name` is for messages."""
     import llvmlite.binding as llvm
 
     with _LOCK:
@@ -152,14 +152,14 @@ def load(code: MachineCode, name: str) -> Callable[..., Any]:
 
 
 def load_linker() -> None:
-    """Loads the libraries of `load` now, not with the first function."""
+    """Loads the libraries that `load` needs, before the first function."""
     made_here()
     _engine()
 
 
 @cache
 def _engine() -> tuple[Any, Any]:
-    """LLVM's linker, with numba's functions in C; and the module that makes functions of Python."""
+    """LLVM's linker with the symbols of numba's C functions; and numba's module that makes Python functions."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -181,7 +181,7 @@ def _engine() -> tuple[Any, Any]:
 
 @cache
 def extension(name: str) -> Any:
-    """An extension module of numba's by its name within numba, loaded without numba."""
+    """Loads an extension module of numba, named relative to numba, without importing numba."""
     whole = f"numba.{name}"
     if whole in sys.modules:
         return sys.modules[whole]
@@ -189,11 +189,11 @@ def extension(name: str) -> Any:
     if spec is None or spec.origin is None:
         raise ImportError("numba is not installed")
     folder = Path(spec.origin).parent.joinpath(*name.split(".")[:-1])
-    found = importlib.machinery.PathFinder.find_spec(whole, [str(folder)])
-    if found is None or found.loader is None:
+    module_spec = importlib.machinery.PathFinder.find_spec(whole, [str(folder)])
+    if module_spec is None or module_spec.loader is None:
         raise ImportError(f"numba has no extension module {name} for this Python")
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
+    module = importlib.util.module_from_spec(module_spec)
+    module_spec.loader.exec_module(module)
     return module
 
 
@@ -202,7 +202,7 @@ _unpickled: dict[int, Any] = {}
 
 @ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
 def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands for a function in C
-    """A constant in numba's code: a class, or the arguments of an exception."""
+    """Unpickles a constant of machine code, a class or the arguments of an exception, once."""
     if data not in _unpickled:
         _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
     return _unpickled[data]
@@ -210,7 +210,7 @@ def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands 
 
 @cache
 def most_threads() -> int:
-    """The number of threads: one a processor that this process may use, or NUMBA_NUM_THREADS."""
+    """The largest number of threads: NUMBA_NUM_THREADS, or the number of processors that this process may use."""
     if count := os.environ.get("NUMBA_NUM_THREADS"):
         return max(1, int(count))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -222,7 +222,7 @@ def allowed_threads() -> int:
 
 
 def set_threads(count: int) -> None:
-    """Let kernels called from this thread use so many threads, from 1 to `most_threads`."""
+    """Sets the number of threads, from 1 to `most_threads`, for kernels called from this thread."""
     if not 1 <= count <= most_threads():
         raise ValueError(f"the number of threads must be from 1 to {most_threads()}, got {count}")
     _OF_THREAD.count = count
@@ -240,28 +240,28 @@ def single_thread() -> Iterator[None]:
 
 
 def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Call a parallel kernel with no more threads than this one allows.
+    """Calls a parallel kernel with at most `allowed_threads`.
 
-    Without OpenMP, as on a bare Linux and on macOS, two callers at once would end the process: one waits for the other.
+    Without OpenMP, as on a bare Linux and on macOS, two calls at once would crash the process, so a lock lets them wait.
     """
-    set_number, turns = start_threads()
-    with turns:
+    set_number, lock = start_threads()
+    with lock:
         set_number(allowed_threads())
         return code(*arguments)
 
 
 @cache
 def start_threads() -> tuple[Any, Any]:
-    """Starts the threads; the function that sets their number for this thread, and the lock, if only one may call at a time."""
+    """Starts the threads; returns the function that sets their number for this thread, and a lock, which OpenMP does not need."""
     import llvmlite.binding as llvm
 
-    turns: Any = nullcontext()
+    lock: Any = nullcontext()
     try:
         layer = extension("np.ufunc.omppool")
     except ImportError:
-        layer, turns = extension("np.ufunc.workqueue"), threading.Lock()
+        layer, lock = extension("np.ufunc.workqueue"), threading.Lock()
     llvm.add_symbol("numba_parallel_for", layer.parallel_for)
     for name in _FUNCTIONS:
         llvm.add_symbol(name, getattr(layer, name))
     ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.launch_threads)(most_threads())
-    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), turns
+    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), lock

@@ -1,4 +1,4 @@
-"""Hole filling in the three steps of [liepa2003]: rims triangulated, patches refined to the density of the rim, then faired."""
+"""Hole filling in three steps [liepa2003]: triangulate each rim, refine the patch to the density of its rim, fair it."""
 
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
@@ -15,19 +15,19 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: How new vertices are placed: by `fair_region` with this energy, or for "none" by refinement. From the lowest order on.
+#: The energy that `fair_region` minimises to place new vertices, in ascending order; "none" keeps the places of refinement.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
-# The shares of the progress that triangulation takes, of all and of a refined patch.
+# The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: A hole at whose rim the surface bends by more than this many times as much as around gets edges down to this share.
+#: If the patch bends more than `SHARP` times as much at the rim as the mesh around, its edges shrink, down to the share `FINEST`.
 SHARP, FINEST = 1.2, 0.25
-#: The most new vertices of patches that are solved for together.
+#: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
-#: The largest distance of new vertices from the box of their rim, in diagonals of that box. Fillings of smooth surfaces reach
-#: 0.2. One that goes further is not the lost surface, and refining it would take triangles for all that area.
+#: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Fillings of smooth surfaces
+#: reach 0.2. A filling beyond 1 does not resemble the original surface, and its large area would need many triangles.
 FURTHEST = 1.0
-#: The most edges of the rim of a region that is remeshed.
+#: The most edges in the rim of a remeshed region.
 LARGEST_RIM = 10_000
 
 
@@ -38,16 +38,16 @@ class HoleFilling(NamedTuple):
     """
 
     new_vertices: Floats  # (a, 3)
-    new_faces: Ints  # (b, 3) oriented as the faces around; indices from n on mean `new_vertices`
+    new_faces: Ints  # (b, 3) oriented like the adjacent faces; indices from n on mean `new_vertices`
     hole_of_face: Ints  # (b,) ascending, the index in `closed` of the hole that each new face closes
-    hole_of_vertex: Ints  # (a,) ascending, the same of each new vertex
-    closed: tuple[Ints, ...]  # of every closed hole (k,) the vertices of its rim in order, in the direction of the new faces
-    islands: tuple[Ints, ...]  # of every closed hole (k,) the vertices of the rims of islands that its faces join; mostly none
-    left_open: tuple[OpenRim, ...]  # the other rims, and why they were left
-    # of every closed hole the energy that placed its new vertices: `energy`, or if its equations are too ill-conditioned or throw
-    # the filling out, the highest lower one that does not, or "none"
+    hole_of_vertex: Ints  # (a,) ascending, the index in `closed` for each new vertex
+    closed: tuple[Ints, ...]  # for each closed hole (k,) its rim vertices in order, in the direction of the new faces
+    islands: tuple[Ints, ...]  # for each closed hole (k,) the rim vertices of islands that the new faces join; usually empty
+    left_open: tuple[OpenRim, ...]  # the other rims, with the reason
+    # for each closed hole the energy that placed its new vertices: `energy`, or the next lower one if the equations are too
+    # ill-conditioned or the filling leaves the box of its rim by more than `FURTHEST`; "none" if every energy fails
     energies: tuple[HoleEnergy, ...]
-    thrown_out: tuple[bool, ...]  # whether a higher energy would have put them further than `FURTHEST` from the box of the rim
+    thrown_out: tuple[bool, ...]  # for each closed hole whether an energy was rejected because of `FURTHEST`
 
 
 def close_holes(
@@ -64,39 +64,37 @@ def close_holes(
 ) -> HoleFilling:
     """Closes the holes of a mesh with up to `max_edges` border edges [liepa2003].
 
-    Each rim is triangulated (`triangulate_rim`), the triangles are split and their edges flipped until they are as small as those
-    at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate, since
-    fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more than `SHARP`
-    times as much at the rim as around it, edges get shorter: a narrow hole between sides that do not match needs more of them to
-    be smooth. Fillings of more than `MOST_VERTICES` get larger triangles away from the rim, so that time and memory grow with the
-    rim alone. One that an energy would throw out of its rim by more than `FURTHEST`, as beside a spike, is placed by the next
-    lower energy.
+    `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
+    the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
+    triangulation, and each round makes it more regular. If a patch bends more than `SHARP` times as much at its rim as the
+    mesh around, its edges get shorter: a narrow hole between sides that do not match needs more edges to be smooth. A
+    filling of more than `MOST_VERTICES` gets larger triangles away from the rim, so that time and memory grow with the rim alone.
+    If an energy moves new vertices out of the box of their rim by more than `FURTHEST`, for example beside a spike, the next
+    lower energy places them.
 
-    The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
-    open, of any size (`outer_borders`): the cap of a ball up to 109 degrees from its pole has one, a ball of which less is
-    missing has a hole, a tube longer than three quarters of its width has two. `selected` closes those that are outer borders by
-    their area alone. A sheet that lies in a hole without touching its rim is an island, which the new faces join.
+    The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
+    holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
+    hole, a tube longer than three quarters of its width has two holes. `selected` also closes rims that count as outer borders by
+    their area alone. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        max_edges: the largest number of edges of the rim of a hole that is closed, from 3. Larger closes more. Outer borders and
-            islands do not count.
+        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. Outer borders and islands do not count.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
-            continue across the rim. "minimum_variation": curvatures do too, and the filling bulges as the surface around does;
-            it is closest to the lost surface where that was smooth, and the most sensitive to noise at the rim. "none": as
-            refinement leaves them.
-        refine: whether to split the new faces until they are as dense as the rim. Without, there are no new vertices and so
+            continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
+            it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
+        refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
             nothing to fair.
-        rounds: how often to refine and fair, from 1. More let a filling bulge further where the surface around does.
-        islands: "join": new faces connect islands with the rim around; they need not be small. If one cannot be joined, its hole
-            stays open too. "leave": they stay loose, and the new faces may intersect them.
-        selected: (n,) bool: only holes with at least one selected vertex at the rim are closed. A rim with one that would be an
-            outer border by its area alone is closed, too. None for all holes.
-        progress: called with the share that is done; may raise to stop.
+        rounds: how often to refine and fair, from 1. With more rounds a filling bulges further if the surface around bulges.
+        islands: "join": new faces connect islands of any size with the rim around. If an island cannot be joined, its hole
+            stays open too. "leave": islands stay loose, and the new faces may intersect them.
+        selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that counts as an
+            outer border by its area alone is closed too. None for all holes.
+        progress: called with the completed share; may raise to stop.
 
     Returns:
-        What to add to the mesh. Vertices and faces of the mesh itself stay as they are. Deterministic.
+        The vertices and faces to add. The vertices and faces of the mesh itself do not change. Deterministic.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -108,7 +106,7 @@ def close_holes(
     check_whole_number("rounds", rounds, least=1)
     selection = None if selected is None else check_vertex_mask("selected", selected, len(original))
     points, scale = scaled_to_unit(np.where(mask_of(triangles, len(original))[:, None], original, 0.0))
-    forwards = rising(progress)  # work that is repeated in another way counts again
+    forwards = rising(progress)  # a repeated step reports its share again: progress must not fall
     rims, broken = boundary_loops(points, triangles)
     holes, others = sorted_rims(rims, points, triangles, max_edges, selection, islands == "join")
     left_open = [*map(broken_left_open, broken), *others]
@@ -138,67 +136,68 @@ def close_holes(
 class _PlacedPatch(NamedTuple):
     """A patch with its place in the mesh."""
 
-    own: Ints  # (k,) the vertices of the mesh on its rim, ascending: the first k points of the patch
+    rim: Ints  # (k,) the rim vertices by their index in the mesh, ascending: the first k points of the patch
     patch: Patch
-    forbidden: ForbiddenEdges  # which of them it must not join
-    uniform: float  # the width of the band at the rim with triangles as small as there, in edges
-    sides: Longs  # (s, 2) the edges of the mesh at the rim, in the direction of the patch, by numbers of its points
-    normals: Floats  # (s, 3) of the faces of the mesh there, of any length
-    bend: float  # the mean angle between the faces at the edges of the mesh around it, in radians
-    share: float  # the target length of its edges as a share of the edges around
+    forbidden: ForbiddenEdges  # the edges between rim vertices that it must not have
+    uniform: float  # the width, in edges, of the band along the rim that is as dense as the rim
+    sides: Longs  # (s, 2) the rim edges in the direction of the patch, as indices of its points
+    normals: Floats  # (s, 3) normals of the mesh faces at the rim edges, of any length
+    bend: float  # the mean dihedral angle of the mesh edges at the rim vertices, in radians
+    share: float  # the target edge length of the patch over the edge length around
 
 
 class Patches:
-    """A mesh, of which some rims may be closed, and the patches that close its holes so far."""
+    """A mesh, and the patches that have closed its holes so far."""
 
     def __init__(self, points: Floats, faces: Ints, rims: list[BoundaryLoop]) -> None:
         self._points, self._faces = points, faces
         self._rings = one_rings(faces, len(points))
-        met = np.zeros(len(points), dtype=np.int32)
+        rim_counts = np.zeros(len(points), dtype=np.int32)
         for rim in rims:
-            met[np.unique(rim.vertices)] += 1
-        self._shared = met > 1
-        self._bends = bends_around(points, faces, met > 0)
-        self._links: dict[int, list[int]] = {}  # by edges of patches between vertices that several holes share
+            rim_counts[np.unique(rim.vertices)] += 1
+        self._shared = rim_counts > 1
+        self._bends = bends_around(points, faces, rim_counts > 0)
+        self._links: dict[int, list[int]] = {}  # adjacency by patch edges between vertices that several rims share
         self._placed: list[_PlacedPatch] = []
 
     def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
-        """Triangulate and refine a hole with the islands in it; False, and nothing is added, if there is no triangulation."""
+        """Triangulates and refines a hole with its islands; returns False and adds nothing if there is no triangulation."""
         triangulating = part_of(progress, 0.0, _PATCH_TRIANGULATION if refine else 1.0)
         outline = polygon(rim, islands, self._points)
-        own, first = np.unique(outline.vertices, return_index=True)
-        rings = [self._rings.neighbours[slice(*self._rings.offsets[v : v + 2])] for v in own]
+        rim_vertices, first = np.unique(outline.vertices, return_index=True)
+        rings = [self._rings.neighbours[slice(*self._rings.offsets[v : v + 2])] for v in rim_vertices]
         joined = joined_corners(
-            outline.vertices, [[*ring, *self._links.get(v, ())] for v, ring in zip(own.tolist(), rings, strict=True)]
+            outline.vertices, [[*ring, *self._links.get(v, ())] for v, ring in zip(rim_vertices.tolist(), rings, strict=True)]
         )
-        is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]  # in the other orientation
+        # A loop round a single face would be closed by the same face, turned over.
+        is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]
         triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
-            # Here diagonals may double edges of the mesh, since refinement splits such diagonals.
+            # Diagonals may repeat edges of the mesh here: refinement splits them.
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
         if triangles is None:
             return False
-        points = self._points[own]
+        points = self._points[rim_vertices]
         sizes = np.array([np.linalg.norm(self._points[ring] - p, axis=1).mean() for ring, p in zip(rings, points, strict=True)])
-        patch = Patch(points, sizes, np.searchsorted(own, triangles).astype(np.int32), len(own))
-        alone = np.zeros(len(own), dtype=np.bool_)
+        patch = Patch(points, sizes, np.searchsorted(rim_vertices, triangles).astype(np.int32), len(rim_vertices))
+        alone = np.zeros(len(rim_vertices), dtype=np.bool_)
         for loop in (rim, *islands):
             distinct, visits = np.unique(loop.vertices, return_counts=True)
-            alone[np.searchsorted(own, distinct[visits > 1])] = True
-        forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
+            alone[np.searchsorted(rim_vertices, distinct[visits > 1])] = True
+        forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(rim_vertices), dtype=np.bool_), alone)
         uniform = uniform_width(patch)
         if refine:
             refining = part_of(progress, _PATCH_TRIANGULATION, 1.0)
             patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
-            # Another hole with the same two vertices may join them later, so no flip of this one may.
-            forbidden = forbidden._replace(apart=self._shared[own])
+            # A hole with the same two vertices may join them later: the flips of this one must not.
+            forbidden = forbidden._replace(apart=self._shared[rim_vertices])
         faces = np.column_stack([outline.vertices, np.roll(outline.vertices, -1), outline.opposite])[outline.opposite >= 0]
-        sides, normals = np.searchsorted(own, faces[:, :2]), -cross_products(self._points, faces)
-        bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
-        self._placed.append(_PlacedPatch(own, patch, forbidden, uniform, sides, normals, bend, 1.0))
-        # Patches of other holes that share vertices must not repeat its edges between them.
-        corners = own[np.where(patch.triangles < len(own), patch.triangles, 0)]
-        shared = (patch.triangles < len(own)) & self._shared[corners]
+        sides, normals = np.searchsorted(rim_vertices, faces[:, :2]), -cross_products(self._points, faces)
+        bend = float(self._bends[0][rim_vertices].sum() / max(self._bends[1][rim_vertices].sum(), 1.0))
+        self._placed.append(_PlacedPatch(rim_vertices, patch, forbidden, uniform, sides, normals, bend, 1.0))
+        # The patch of another hole must not repeat an edge between two shared vertices.
+        corners = rim_vertices[np.where(patch.triangles < len(rim_vertices), patch.triangles, 0)]
+        shared = (patch.triangles < len(rim_vertices)) & self._shared[corners]
         for k in range(3):
             both = shared[:, k] & shared[:, k - 1]
             for i, j in corners[both][:, [k, k - 1]].tolist():
@@ -207,11 +206,10 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines the patches in turn; of each the energy that placed it last, and whether a higher one threw it out.
+        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one broke `FURTHEST`.
 
-        Patches of one energy are solved for together, the highest first; a set that cannot be solved is halved until each cause
-        stands alone. Such a patch, and one that leaves the box of its rim by more than `FURTHEST`, gets the next lower energy
-        from then on.
+        Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
+        the failing patches are alone. A patch that fails or breaks `FURTHEST` gets the next lower energy from then on.
         """
         energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
         for done in range(rounds):
@@ -228,12 +226,12 @@ class Patches:
                         total = new[k]
                     parts[-1].append(k)
                 for part in parts:
-                    for k, far in self._place(part, level, partial).items():
-                        energies[k], thrown_out[k] = lower, thrown_out[k] or far
+                    for k, rejected in self._place(part, level, partial).items():
+                        energies[k], thrown_out[k] = lower, thrown_out[k] or rejected
         return energies, thrown_out
 
     def _place(self, group: list[int], energy: Energy, progress: Progress) -> dict[int, bool]:
-        """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
+        """Places the new vertices of a group of patches; returns the failed patches, and whether `FURTHEST` rejected them."""
         new_vertices, new_faces, patch_of_vertex, _ = self.gathered()
         n = len(self._points)
         free = np.concatenate([np.zeros(n, dtype=np.bool_), np.isin(patch_of_vertex, group)])
@@ -247,60 +245,61 @@ class Patches:
                 return {group[0]: False}
             half = len(group) // 2
             return self._place(group[:half], energy, progress) | self._place(group[half:], energy, progress)
-        far = [k for k, new in enumerate(self._parts(moved)) if _reach(self._points[self._placed[k].own], new) > FURTHEST]
-        if not far:
+        rejected = [k for k, new in enumerate(self._parts(moved)) if _reach(self._points[self._placed[k].rim], new) > FURTHEST]
+        if not rejected:
             self.move(moved)
             return {}
-        # Where patches meet, one that is thrown out takes others along: they are placed without it.
-        return dict.fromkeys(far, True) | self._place([k for k in group if k not in far], energy, progress)
+        # A rejected patch distorts the patches that meet it: place them again without it.
+        return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
-        """Refine all patches with their current points; if `smooth`, more where the surface bends at the rim."""
+        """Refines all patches with their current points; if `smooth`, more where a patch bends at its rim."""
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             bend = bend_at_rim(patch, placed.sides, placed.normals)
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
-            # A filling that bulges has a larger area than the one whose width was chosen.
+            # A filling that bulges has a larger area than before, so its band may have to be narrower.
             uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
 
     def move(self, new_vertices: Floats) -> None:
-        for k, (own, new) in enumerate(zip(self._placed, self._parts(new_vertices), strict=True)):
-            points = np.concatenate([own.patch.points[: len(own.own)], new])
-            self._placed[k] = own._replace(patch=own.patch._replace(points=points))
+        """Moves the new vertices of all patches; (a, 3) in the order of `gathered`."""
+        for k, (placed, new) in enumerate(zip(self._placed, self._parts(new_vertices), strict=True)):
+            points = np.concatenate([placed.patch.points[: len(placed.rim)], new])
+            self._placed[k] = placed._replace(patch=placed.patch._replace(points=points))
 
     def _parts(self, new_vertices: Floats) -> list[Floats]:
         return np.split(new_vertices, np.cumsum(self._new_counts())[:-1])
 
     def _new_counts(self) -> list[int]:
-        return [len(placed.patch.points) - len(placed.own) for placed in self._placed]
+        return [len(placed.patch.points) - len(placed.rim) for placed in self._placed]
 
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
-        """The new vertices, the new faces, and the index of the patch of each of these vertices and faces."""
+        """Returns the new vertices, the new faces, the patch index of each new vertex, and that of each new face."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
         counts, total = self._new_counts(), len(self._points)
-        for (own, patch, *_), more in zip(self._placed, counts, strict=True):
-            numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
-            vertices.append(patch.points[len(own) :])
+        for (rim, patch, *_), count in zip(self._placed, counts, strict=True):
+            numbers = np.concatenate([rim, np.arange(total, total + count, dtype=np.int32)]).astype(np.int32)
+            vertices.append(patch.points[len(rim) :])
             faces.append(numbers[patch.triangles])
-            total += more
+            total += count
         holes = np.arange(len(counts), dtype=np.int32)
         sizes = [len(part) for part in faces[1:]]
         return np.concatenate(vertices), np.concatenate(faces), np.repeat(holes, counts), np.repeat(holes, sizes)
 
 
 def _reach(rim: Floats, new: Floats) -> float:
-    """The distance by which new vertices leave the box of their rim, in diagonals of that box."""
+    """The largest distance of new vertices from the bounding box of their rim, in diagonals of the box."""
     low, high = rim.min(axis=0), rim.max(axis=0)
     outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
     return float(outside.max(initial=0.0)) / (float(np.linalg.norm(high - low)) or 1.0)
 
 
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
-    """(n,) the sum and (n,) the number of the angles between the two faces of each edge at the (n,) `marked` vertices."""
+    """(n,) the sum and (n,) the number of the dihedral angles at the edges that have an end in (n,) `marked`."""
     n = len(points)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
@@ -312,7 +311,7 @@ def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Fl
 
 
 def bend_at_rim(patch: Patch, sides: Longs, normals: Floats) -> float:
-    """The mean angle between the normals of the patch and of the mesh along the rim, in radians; see `_PlacedPatch`."""
+    """The mean angle between the patch and the mesh along the rim, in radians; for the arguments see `_PlacedPatch`."""
     n, triangles = len(patch.points), patch.triangles
     keys = (triangles * np.int64(n) + np.roll(triangles, -1, axis=1)).ravel()
     order = np.argsort(keys)
@@ -331,30 +330,30 @@ def remesh_region(
 ) -> tuple[Bools, HoleFilling]:
     """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
 
-    `fair_region` keeps the triangles, so that over rough damage needles and folds remain, and pull at the solution. Here neither
-    the places nor the triangles of the region matter, but for the vertices around it.
+    `fair_region` keeps the triangles, so the needles and folds of rough damage remain and distort the solution. Here the new
+    surface depends only on the vertices around the region.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        region: (n,) bool, the vertices to delete. Those in a triangle with a vertex on a border stay, so that borders do.
+        region: (n,) bool, the vertices to delete. Vertices of a triangle at a border stay, so that the border does not change.
         energy: as for `fair_region`.
         rounds: as for `close_holes`.
-        progress: called with the share that is done; may raise to stop.
+        progress: called with the completed share; may raise to stop.
 
     Returns:
-        (n,) the vertices to delete with their faces, which is the region without the triangles at open borders; and the faces to
-        add in their place, in the numbers of the whole mesh.
+        (n,) the vertices to delete with their faces: the region without the vertices of triangles at open borders. And the
+        filling, whose indices are those of the whole mesh.
 
     Raises:
-        FilterInputError: not a mesh; a region that is a whole component or all at borders, or whose rim cannot be closed.
+        FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.
     """
     points, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, ENERGIES)
     n = len(points)
     border = border_vertices(triangles, n)
     labels, _ = connected_components(triangles, n)
-    used = labels >= 0  # not by triangles alone that name a vertex twice
+    used = labels >= 0  # in a proper triangle
     chosen = check_vertex_mask("region", region, n) & ~mask_of(triangles[border[triangles].any(axis=1)], n) & used
     if not chosen.any():
         raise FilterInputError(
@@ -373,7 +372,7 @@ def remesh_region(
         selected=rim if rim.any() else None,
         progress=progress,
     )
-    for left in filling.left_open:
-        if left.reason != "selection" and rim[left.vertices].any():
-            raise FilterInputError(f"the region cannot be remade: {left.message}; select a ring more or less")
+    for open_rim in filling.left_open:
+        if open_rim.reason != "selection" and rim[open_rim.vertices].any():
+            raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select a ring more or less")
     return chosen, filling

@@ -1,4 +1,4 @@
-"""Refinement, the second step of hole filling [liepa2003]: triangles split to the density of the rim, Delaunay flips."""
+"""Refinement, the second step of hole filling [liepa2003]: splits triangles to the density of the rim, flips to Delaunay."""
 
 from typing import NamedTuple
 
@@ -12,41 +12,41 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip
 from .triangulation import VertexPairs, is_pair
 
-#: A triangle is split if the distance of each corner from the centroid, times this, exceeds the edge length there [liepa2003].
+#: A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length [liepa2003].
 DENSITY = np.sqrt(2.0)
-# Edges between two vertices of the rim are not split at triangles whose height is below this share of the edge length there:
-# between the sides of a crack a new vertex has no room to move.
+# An edge between two rim vertices is not split if an adjacent triangle is lower than this share of the target edge length:
+# in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# The most vertices of a patch. Widths by `uniform_width` keep far below.
+# The most vertices of a patch; with a width from `uniform_width` it has far fewer.
 _MOST_POINTS = 300_000
-# After this many rounds, whose number is unpredictable, half of the work counts as done.
+# The number of rounds is unknown in advance: after this many rounds the progress is one half.
 _HALF = 8
-# An edge is flipped if its opposite angles sum to more than pi plus this, and the sum falls by more than this. Else rounding
-# could flip it between two equal choices for ever.
+# An edge is flipped if its opposite angles sum to more than pi + `_GAIN`, and the flip lowers the sum by more than `_GAIN`.
+# Without this gap rounding could flip an edge back and forth for ever.
 _GAIN = 1e-7
-# No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
+# A flip must not make a triangle whose doubled area is below this share of the sum of two squared sides.
 _THINNEST = 1e-7
 _MOST_SWEEPS = 200
-#: A hole is filled with triangles as small as those at its rim if these have at most about so many vertices.
+#: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
 MOST_VERTICES = 60_000
-#: Else edges are so short within a band of at least so many edges, and beyond grow by this share of the distance from the rim.
+#: A larger patch is as dense as its rim only in a band of `_LEAST_WIDTH` edges or more; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
 class ForbiddenEdges(NamedTuple):
-    """The edges between vertices 0 to k - 1 of its rim that a patch must not have."""
+    """The edges that a patch must not have between its rim vertices 0 to k - 1."""
 
-    pairs: VertexPairs  # pairs that are joined outside the patch
-    apart: Bools  # (k,) the vertices of which no two may be joined
-    alone: Bools  # (k,) the vertices that the rim meets twice: no flip may join them with any other
+    pairs: VertexPairs  # pairs with an edge outside the patch
+    apart: Bools  # (k,) the rim vertices that must not be joined with each other
+    alone: Bools  # (k,) the vertices that the rim passes twice: a flip must not join them with any vertex
 
 
 class Patch(NamedTuple):
     """Triangles that close a hole."""
 
-    points: Floats  # (k + a, 3) the vertices of the rim, then the new ones
-    sizes: Floats  # (k + a,) the target length of the edges at each
+    points: Floats  # (k + a, 3) the rim vertices, then the new ones
+    sizes: Floats  # (k + a,) the target edge length at each point
     triangles: Ints  # (b, 3) indices of `points`
     n_rim: int  # k
 
@@ -54,13 +54,13 @@ class Patch(NamedTuple):
 def refined_patch(
     patch: Patch, *, forbidden: ForbiddenEdges, uniform: float = np.inf, progress: Progress = ignore_progress
 ) -> Patch:
-    """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
+    """Splits triangles at their centroids, and flips edges after each round, until the patch is as dense as its rim [liepa2003].
 
-    A triangle is split if, for each of its corners, `DENSITY` times the distance to the centroid exceeds the size of the corner
-    and their mean. After each round edges are flipped as long as two opposite angles sum to more than pi, unless that would fold
-    the surface over or double an edge. In the end edges that join two vertices of the rim, or that are `forbidden`, are split at
-    their middles, except in cracks: else triangles would have no vertex that fairing could move. Edges of the rim stay. Beyond
-    `uniform` edges from the rim triangles may be larger, see `growing`. The patch may be a refined one whose points have moved.
+    A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length at the corner
+    and the mean of the three target lengths. An edge is flipped while its two opposite angles sum to more than pi, unless the
+    flip would fold the surface or double an edge. At the end, inner edges between two rim vertices are split at their midpoints,
+    so that each triangle has a vertex that fairing can move; in cracks only `forbidden` edges are split. Edges of the rim
+    stay. Beyond `uniform` edges from the rim triangles may be larger, see `growing`. A refined patch may be refined again.
     """
     points, sizes, triangles, n_rim = patch
     rim, triangles = points[:n_rim], np.ascontiguousarray(triangles, dtype=np.int32).copy()
@@ -85,8 +85,8 @@ def refined_patch(
 def _split_diagonals(
     points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: ForbiddenEdges
 ) -> tuple[Floats, Floats, Ints]:
-    # Only the triangles with an edge between vertices of the rim can change.
-    concerned = (triangles < n_rim).sum(axis=1) > 1
+    """Splits the inner edges between two rim vertices at their midpoints; in cracks only the `forbidden` ones."""
+    concerned = (triangles < n_rim).sum(axis=1) > 1  # triangles with an edge between rim vertices
     rows = triangles[concerned].tolist()
     holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
     inner = [(a, b) for a, b in holder if max(a, b) < n_rim and (b, a) in holder]
@@ -95,7 +95,7 @@ def _split_diagonals(
     middles: list[tuple[int, int]] = []
     for a, b in inner:
         if (a, b) not in holder:
-            continue  # every edge is there in both directions; the second time it is split already
+            continue  # `inner` has each edge in both directions: this one is split already
         if not ((forbidden.apart[a] and forbidden.apart[b]) or is_pair(forbidden.pairs, a, b)):
             heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
@@ -120,6 +120,7 @@ def _height(triangle: Floats) -> float:
 
 
 def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
+    """(b,) which triangles to split, see `refined_patch`."""
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
     reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
     large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)
@@ -127,7 +128,7 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
-    """Replaces each chosen triangle by three round a new point, from `count` on: the first in its row, the others at the end."""
+    """Replaces each chosen triangle by three around a new point, `count` on: one keeps its row, the others are appended."""
     a, b, c = triangles[chosen].T
     v = count + np.arange(len(chosen), dtype=np.int32)
     split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
@@ -137,7 +138,7 @@ def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
 
 @compiled
 def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
-    """Flip edges in place until no flip lessens a sum of opposite angles above pi; `across` is `faces_across`, -1 at the rim."""
+    """Flips edges in place until `_is_better` holds for no allowed flip; `across` is `faces_across`, -1 at the rim."""
     for _ in range(_MOST_SWEEPS):
         flips = 0
         for t in range(triangles.shape[0]):
@@ -158,13 +159,13 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
 
 @compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
-    """Whether the triangles (a, d, c) and (d, b, c) are to replace (a, b, c) and (b, a, d)."""
+    """Whether the triangles (a, d, c) and (d, b, c) are better than (a, b, c) and (b, a, d)."""
     now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
     if not now > np.pi + _GAIN:
         return False
     if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
         return False
-    # The new triangles must not be folded over each other, unless the old ones are folded further.
+    # The new triangles must not be folded over each other, unless the old ones are folded more.
     after = _facing(points, a, d, c, d, b, c)
     if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
         return False
@@ -173,6 +174,7 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 @compiled
 def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
+    """Whether the patch must not have the edge (c, d)."""
     pairs, apart, alone = forbidden
     n = apart.shape[0]
     if (c < n and alone[c]) or (d < n and alone[d]):
@@ -196,10 +198,11 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
 
 
 def uniform_width(patch: Patch) -> float:
-    """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
+    """The width, in edges, of the band along the rim that is as dense as the rim; infinite if the whole patch is.
 
-    Equilateral triangles with sides h have a vertex for every h^2 sqrt(3) / 2. A band of k edges, u edges wide, has k u 2 /
-    sqrt(3), and what is inside, where edges grow by g of the distance, at most k / g 2 / sqrt(3): together `MOST_VERTICES`.
+    Equilateral triangles with side h have one vertex per area h^2 sqrt(3) / 2. A band along k rim edges, u edges wide, has
+    k u 2 / sqrt(3) vertices, and the inside, where edges grow by g times the distance, at most k / g 2 / sqrt(3). The result is
+    the u for which they sum to `MOST_VERTICES`.
     """
     each = np.sqrt(3.0) / 2.0
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
@@ -210,7 +213,7 @@ def uniform_width(patch: Patch) -> float:
 
 
 def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:
-    """(n,) the lengths of edges at points: `sizes`, beyond a band of `uniform` edges along the (k, 3) rim growing by `SLOPE`."""
+    """(n,) the target edge lengths at points: `sizes` within `uniform` edges of the (k, 3) rim, beyond growing by `SLOPE`."""
     if not np.isfinite(uniform) or len(points) == 0:
         return sizes
     distance, _ = spatial.cKDTree(rim).query(points)

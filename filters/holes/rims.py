@@ -1,4 +1,4 @@
-"""Rims of a mesh: holes, outer borders of open sheets, and islands within holes; and why a rim is left open."""
+"""Sorts the boundary loops of a mesh into holes, outer borders of open sheets, and islands in holes; reasons to stay open."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -9,39 +9,37 @@ from ..geometry import area_vector, corner_angles, cross_products, side_lengths
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import BoundaryLoop, BrokenBorder, boundary_loops, connected_components, is_seam, proper_faces
 
-#: A rim whose total geodesic curvature is above this is an outer border. It is 2 pi for a flat disc, -2 pi for a hole in a plane,
-#: 0 for the end of a tube, 2 pi cos t for a cap of the sphere up to the angle t from its pole.
+#: A rim with a larger total geodesic curvature is an outer border. The curvature is 2 pi for a flat disc, -2 pi for a hole in a
+#: plane, 0 for the end of a tube, 2 pi cos t for a spherical cap up to the angle t from its pole.
 OUTER_TURN = 1.5 * np.pi
-#: A rim that spans more than this share of the area of its component is probably an outer border. The share is (1 + cos t) / 2
-#: for the cap above, so the borders of caps of up to 109 degrees are outer ones.
+#: A rim that spans a larger share of the area of its component is probably an outer border. The share is (1 + cos t) / 2 for
+#: the cap above, so caps of up to 109 degrees have outer borders.
 OUTER_SHARE = 1 / 3
-#: But one whose curvature is below this is a hole: the inner border of a narrow frame, or of three quarters of a ball and more.
+#: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or of three quarters of a sphere or more.
 FRAME_TURN = -np.pi
-#: And so is one with a squared length below this share of the area of its sheet: that is 4 pi for the border of a flat disc, the
-#: least of flat sheets, and 4.2 for the cap of 109 degrees.
+#: A rim is also a hole if its squared length over the area of its component is below this. The ratio is 4 pi for a flat disc,
+#: the least of all flat sheets, and 4.2 for the cap of 109 degrees.
 SHORT_RIM = 1.0
-#: Whether a rim goes round the outside of a sheet.
+#: Whether a rim is the outer border of a sheet.
 Outer: TypeAlias = Literal["no", "probably", "surely"]
-# An island may lie this far above or below the middle plane of its hole, as a share of the root of the hole's area.
+# The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: The most edges of a hole and the islands in it, or `max_edges` if that is larger: memory grows with the square.
+#: A hole and its islands may have this many edges together, or `max_edges` if that is more: memory grows with the square.
 MOST_JOINED = 10_000
-#: Why a rim was left open: the hole has more edges than `max_edges`, or as `_WHY` has it; an "island" may be the rim around, too.
+#: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for the hole around one.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
-ISLAND_IN_IT = (
-    ": an island lies in it that cannot be joined to it; to fill it nonetheless, delete the island or leave islands loose"
-)
+ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or leave islands loose"
 _WHY: dict[Reason, str] = {
-    "selection": ", none of whose vertices is selected",
+    "selection": ": none of its vertices is selected",
     "outer": ": it is the outer border of an open sheet",
-    "probably_outer": ": it spans so much of the area of its sheet that it seems to be the outer border; if it is a hole, "
+    "probably_outer": ": it seems to be the outer border, as it spans much of the area of its sheet; if it is a hole, "
     "select a vertex of it and close only the holes at the selection",
     "island": ": it is the border of an island that cannot be joined to the hole around it",
-    "seam": ": its two sides are in the same places, so merge close vertices",
-    "no_triangulation": ": every triangulation of it would have triangles without area, as where its vertices coincide or lie "
-    "on a line, or edges with more than two faces",
+    "seam": ": its two sides coincide, so merge close vertices",
+    "no_triangulation": ": each triangulation has triangles without area, as its vertices coincide or lie on a line, or edges "
+    "with more than two faces",
     "non_manifold": "an edge with more than two faces ends there: delete or separate its faces",
     "orientation": "the faces there are not coherently oriented: orient them first",
 }
@@ -50,35 +48,35 @@ _WHY: dict[Reason, str] = {
 class OpenRim(NamedTuple):
     """A rim that was left open."""
 
-    vertices: Ints  # (k,) int32 in order along the rim; ascending for "orientation" and "non_manifold", which have no such order
-    reason: Reason  # why, one word
-    message: str  # why, one sentence with the numbers
+    vertices: Ints  # (k,) int32 in order along the rim; ascending for "orientation" and "non_manifold", which form no loop
+    reason: Reason
+    message: str  # the reason as a sentence, with the numbers
 
 
-def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
-    """The rim with its reason and a message, in which `more` replaces the usual explanation."""
-    edges, why = len(rim.vertices), more or _WHY[reason]
-    return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left{why}")
+def left_open_as(rim: BoundaryLoop, reason: Reason, explanation: str = "") -> OpenRim:
+    """Returns the rim with its reason and a message; `explanation` replaces that of `_WHY`."""
+    edges, why = len(rim.vertices), explanation or _WHY[reason]
+    return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left open{why}")
 
 
 def broken_left_open(border: BrokenBorder) -> OpenRim:
-    """A part of the border that forms no loop."""
+    """Returns the `OpenRim` of a part of the border that forms no loop."""
     others = len(border.vertices) - 1
-    message = f"the border through vertex {border.vertex} (and {others} others) was left: {_WHY[border.reason]}"
+    message = f"the border through vertex {border.vertex} (and {others} others) was left open: {_WHY[border.reason]}"
     return OpenRim(border.vertices, border.reason, message)
 
 
 class Rim(NamedTuple):
     """One boundary loop."""
 
-    edges: int  # how many it has
-    length: float  # of them all
-    middle: Floats  # (3,) the mean of its vertices
-    outer: bool  # whether it seems to be the outer border of an open sheet and no hole
+    edges: int  # number of edges
+    length: float  # sum of the edge lengths
+    middle: Floats  # (3,) mean of the vertices
+    outer: bool  # whether it is, surely or probably, the outer border of an open sheet
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
-    """The boundary loops of a mesh, the largest first; border edges on no loop are left out.
+    """Returns the boundary loops of a mesh, most edges first; border edges that lie on no loop are left out.
 
     Raises:
         FilterInputError: not a mesh.
@@ -96,29 +94,29 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Whether each rim is the outer border of a sheet.
 
-    Surely, if its total geodesic curvature, the sum of pi less the angle of the surface at a vertex, is above `OUTER_TURN`: by
-    Gauss and Bonnet it is 2 pi for a flat disc, however ragged, but less for a curved one. So a rim is probably one if it spans
-    more than `OUTER_SHARE` of the area of its component, by its largest projection, and turns by more than `FRAME_TURN`. A rim
-    too short to go round its sheet is none, see `SHORT_RIM`.
+    The total geodesic curvature is the sum over the rim of pi minus the angle of the surface at the vertex. Above `OUTER_TURN`
+    it is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, and a curved one less. A rim is probably
+    an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature is above
+    `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
     """
     if not rims:
         return []
     n = len(vertices)
-    proper = faces[proper_faces(faces)]  # others may name vertices that belong to no component
+    proper = faces[proper_faces(faces)]  # vertices of other faces may belong to no component
     components, count = connected_components(proper, n)
     areas = np.bincount(components[proper[:, 0]], np.linalg.norm(cross_products(vertices, proper), axis=1) / 2.0, minlength=count)
     visits = np.bincount(np.concatenate([rim.vertices for rim in rims]), minlength=n)
     near = proper[(visits[proper] > 0).any(axis=1)]
     angles = np.bincount(near.T.ravel(), corner_angles(vertices, near).T.ravel(), n)
     verdicts: list[Outer] = []
-    for own in (rim.vertices for rim in rims):
-        area = areas[components[own[0]]]
-        turn = float((np.pi - angles[own] / visits[own]).sum())
-        if side_lengths(vertices[own]).sum() ** 2 < SHORT_RIM * area:
+    for rim in (each.vertices for each in rims):
+        area = areas[components[rim[0]]]
+        turn = float((np.pi - angles[rim] / visits[rim]).sum())
+        if side_lengths(vertices[rim]).sum() ** 2 < SHORT_RIM * area:
             verdicts.append("no")
         elif turn > OUTER_TURN:
             verdicts.append("surely")
-        elif turn > FRAME_TURN and float(np.linalg.norm(area_vector(vertices[own]))) > OUTER_SHARE * area:
+        elif turn > FRAME_TURN and float(np.linalg.norm(area_vector(vertices[rim]))) > OUTER_SHARE * area:
             verdicts.append("probably")
         else:
             verdicts.append("no")
@@ -128,7 +126,7 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
 def sorted_rims(
     rims: list[BoundaryLoop], points: Floats, triangles: Ints, max_edges: int, selected: Bools | None, join: bool
 ) -> tuple[list[tuple[BoundaryLoop, list[BoundaryLoop]]], list[OpenRim]]:
-    """The holes to close, each with the rims of the islands in it, and the other rims with the reason."""
+    """Returns the holes to close, each with the rims of its islands, and the other rims with their reasons."""
     outer = outer_borders(rims, points, triangles)
     holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
     borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
@@ -136,40 +134,40 @@ def sorted_rims(
     if join and borders and holes:
         around = _holes_around([rim for rim, _ in borders], holes, points, triangles)
     groups: list[tuple[BoundaryLoop, list[BoundaryLoop]]] = [(hole, []) for hole in holes]
-    left = []
+    others = []
     for (rim, outside), number in zip(borders, around, strict=True):
         if number >= 0:
             groups[number][1].append(rim)
         elif outside == "probably" and selected is not None and selected[rim.vertices].any():
             groups.append((rim, []))
         elif is_seam(rim, points):
-            left.append(left_open_as(rim, "seam"))
+            others.append(left_open_as(rim, "seam"))
         else:
-            left.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
+            others.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
     groups.sort(key=lambda group: tuple(group[0].vertices[:2].tolist()))
     closed = []
     for hole, inside in groups:
         edges = len(hole.vertices)
         if edges > max_edges:
-            left.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
+            others.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
         elif is_seam(hole, points):
-            left.append(left_open_as(hole, "seam"))
+            others.append(left_open_as(hole, "seam"))
         elif selected is not None and not selected[hole.vertices].any():
-            left.append(left_open_as(hole, "selection"))
+            others.append(left_open_as(hole, "selection"))
         elif any(is_seam(rim, points) for rim in inside):
-            left.append(left_open_as(hole, "island", ISLAND_IN_IT))
+            others.append(left_open_as(hole, "island", ISLAND_IN_IT))
         else:
             closed.append((hole, inside))
             continue
-        left += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
-    return closed, left
+        others += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
+    return closed, others
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
-    """For every island's rim the index of the smallest hole of another component that it lies in, -1 if there is none.
+    """For each island's rim the index of the smallest hole around it that belongs to another component; -1 without one.
 
-    Projected along the normal of the hole's rim all its vertices are inside, near the middle plane, and its sheet is oriented
-    alike.
+    An island lies in a hole if all its rim vertices are near the middle plane of the hole and, projected along the normal of the
+    plane, inside the hole's rim, and if its orientation agrees with the surface around.
     """
     components, _ = connected_components(faces, len(vertices))
     rims = [vertices[hole.vertices] for hole in holes]
@@ -187,9 +185,10 @@ def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertic
 
 
 def _size_if_inside(island: Floats, hole: Floats) -> float:
+    """The projected area of a hole, by (k, 3) rims, if the island lies in it as `_holes_around` states; else infinite."""
     middle, normal = hole.mean(axis=0), area_vector(hole)
     size = float(np.linalg.norm(normal))
-    # An island oriented as the surface around has a rim that runs the other way round than that of the hole.
+    # If the island is oriented like the surface around, its rim runs opposite to the hole's rim.
     if not size > 0.0 or float(normal @ area_vector(island)) >= 0.0:
         return np.inf
     normal = normal / size
@@ -202,7 +201,7 @@ def _size_if_inside(island: Floats, hole: Floats) -> float:
     inside = np.zeros(len(island), dtype=np.bool_)
     corners = (hole - middle) @ plane
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        # A ray along the first axis crosses the rim of what is around it an odd number of times.
+        # A ray along the first axis from a point inside the rim crosses the rim an odd number of times.
         over = np.flatnonzero((a[1] > up) != (b[1] > up))
         inside[over] ^= a[0] + (up[over] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > across[over]
     return size if inside.all() else np.inf

@@ -1,7 +1,4 @@
-"""Triangulation, the first step of hole filling [liepa2003]: a rim closed with triangles between its own vertices.
-
-The rim becomes a polygon that cuts join with the islands in the hole.
-"""
+"""Triangulation, the first step of hole filling [liepa2003]: joins a rim and its islands to one polygon, and triangulates it."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -17,29 +14,28 @@ from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import BoundaryLoop
 
-#: A rim with more vertices than this is first cut in two by a short chord: time grows with the cube of this, memory with the
-#: square.
+#: A rim with more vertices is first cut in two by a short chord: time grows with the cube of this number, memory with the square.
 LARGEST_WHOLE = 300
 # A triangle whose doubled area is below this share of its summed squared edges is degenerate.
 _THINNEST = 1e-7
-# Angles that differ by less count as the same, so that ties are decided by area and not by rounding.
+# Values of 1 - cos that differ by less count as equal, so that area decides ties, not rounding.
 _SAME = 1e-9
-# So do areas that differ by less than this share, the rounding of sums of some hundred of them.
+# Areas that differ by less than this share count as equal: the rounding error of a sum of some hundred areas.
 _SAME_AREA = 1e-12
-#: The number of triangles around a chord that are replaced together.
+#: The number of triangles around a chord that are triangulated again together.
 WINDOW = 120
-# The most triangulations of a polygon that are tried.
+# The most attempts to triangulate a polygon without doubled diagonals.
 _MOST_TRIES = 20
 
 
 class VertexPairs(NamedTuple):
-    """Unordered pairs of the numbers 0 to size - 1."""
+    """Unordered pairs of vertices 0 to size - 1."""
 
-    size: int  # how many numbers there are
-    keys: Longs  # (p,) ascending, i size + j of every pair (i, j), in both directions
+    size: int  # number of vertices
+    keys: Longs  # (p,) ascending, i size + j for each pair (i, j), in both directions
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
-        """The pairs within `chosen`, distinct numbers, as places in `chosen`."""
+        """The pairs within the distinct vertices `chosen`, as indices of `chosen`."""
         place = np.full(self.size, -1, dtype=np.int64)
         place[chosen] = np.arange(len(chosen))
         first, second = place[self.keys // self.size], place[self.keys % self.size]
@@ -47,18 +43,18 @@ class VertexPairs(NamedTuple):
         return vertex_pairs(len(chosen), first[both], second[both])
 
     def among(self, chosen: Ints) -> Bools:
-        """(k, k) which two of `chosen`, distinct numbers, are a pair."""
+        """(k, k) whether two of the k distinct vertices `chosen` are a pair."""
         dense = np.zeros((len(chosen), len(chosen)), dtype=np.bool_)
         dense.ravel()[self.restricted(chosen).keys] = True
         return dense
 
     def with_pairs(self, first: ArrayLike, second: ArrayLike) -> "VertexPairs":
-        """These pairs and those of each number in `first` with the one in `second`."""
+        """These pairs and the pairs (first[i], second[i])."""
         return VertexPairs(self.size, np.union1d(self.keys, vertex_pairs(self.size, first, second).keys))
 
 
 def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> VertexPairs:
-    """The pairs of each number in `first`, from 0 to count - 1, with the one in `second`."""
+    """The pairs (first[i], second[i]) of vertices 0 to count - 1."""
     a, b = np.asarray(first, dtype=np.int64), np.asarray(second, dtype=np.int64)
     return VertexPairs(count, np.unique(np.concatenate([a * count + b, b * count + a])))
 
@@ -72,26 +68,26 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
-    """The rim with each island joined by the shortest cut to the polygon so far, the nearest first; `opposite` is -1 there.
+    """Joins the islands to the rim, the nearest first, each by the shortest cut to the polygon so far; `opposite` is -1 at cuts.
 
-    A vertex is several corners where cuts end and where a part of the surface is attached by it alone. The polygon begins after
-    the longest edge: the triangulation depends slightly on its first corner, and must not on the numbers of the vertices.
+    A vertex appears as several corners where a cut ends, or where it alone attaches a part of the surface. The polygon starts
+    after the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
-    rest = list(islands)
-    while rest:
+    remaining = list(islands)
+    while remaining:
         best = (np.inf, 0, 0, 0)
         places, same_as = np.unique(points[vertices], axis=0, return_index=True)
         tree = spatial.cKDTree(places)
-        for number, island in enumerate(rest):
+        for number, island in enumerate(remaining):
             apart, nearest = tree.query(points[island.vertices])
             j = int(apart.argmin())
             best = min(best, (float(apart[j]), number, int(same_as[nearest[j]]), j))
         i, j = best[2:]
-        island = rest.pop(best[1])
+        island = remaining.pop(best[1])
         around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
-        # To the island, once round it, back, and on along the rim.
+        # Go along the cut to the island, once round it, back along the cut, and on along the rim.
         cut = np.array([-1], dtype=np.int32)
         vertices = np.concatenate([vertices[: i + 1], around, around[:1], vertices[i:]])
         opposite = np.concatenate([opposite[:i], cut, beyond, cut, opposite[i:]])
@@ -99,28 +95,29 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """Which corners of a polygon are joined by an edge that is no side of it; `neighbours` are those of each distinct vertex."""
+    """The pairs of corners of a polygon with an edge in the mesh, except its sides; `neighbours` of each distinct vertex."""
     k = len(corners)
-    own, index = np.unique(corners, return_inverse=True)
-    starts, others = np.repeat(np.arange(len(own)), [len(ends) for ends in neighbours]), np.concatenate(neighbours)
-    place = np.minimum(np.searchsorted(own, others), len(own) - 1)
-    within = own[place] == others
-    linked = sparse.csr_array((np.ones(int(within.sum())), (starts[within], place[within])), shape=(len(own), len(own)))
-    at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))
+    distinct, index = np.unique(corners, return_inverse=True)
+    n = len(distinct)
+    starts, others = np.repeat(np.arange(n), [len(ends) for ends in neighbours]), np.concatenate(neighbours)
+    place = np.minimum(np.searchsorted(distinct, others), n - 1)
+    within = distinct[place] == others
+    linked = sparse.csr_array((np.ones(int(within.sum())), (starts[within], place[within])), shape=(n, n))
+    at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, n))
     first, second = (at @ linked @ at.T).nonzero()
     side = (np.abs(first - second) == 1) | (np.abs(first - second) == k - 1)
     return vertex_pairs(k, first[~side], second[~side])
 
 
 def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon, without `joined` diagonals; None if no such surface exists."""
+    """(b, 3) vertices of triangles that close the polygon without a diagonal in `joined`; None if none is found."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
     forbidden = joined
-    own, vertex = np.unique(corners, return_inverse=True)
-    if len(own) < len(corners):
+    distinct, vertex = np.unique(corners, return_inverse=True)
+    if len(distinct) < len(corners):
         at = sparse.csr_array((np.ones(len(corners)), (np.arange(len(corners)), vertex)))
-        forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at one vertex
+        forbidden = joined.with_pairs(*(at @ at.T).nonzero())  # two corners at the same vertex
     for _ in range(_MOST_TRIES):
         triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
         if triangles is None:
@@ -128,13 +125,13 @@ def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPai
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two corners at one vertex have diagonals to the same vertex: forbid the second.
+        # Two corners at the same vertex both have a diagonal to another vertex: forbid the second one.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 
 
 def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
-    """(d, 2) the corners of the diagonals that join the same two vertices as another diagonal before them."""
+    """(d, 2) the corners of each diagonal that joins the same two vertices as an earlier diagonal."""
     ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     ends, uses = np.unique(ends, axis=0, return_counts=True)
     diagonals = ends[uses == 2]
@@ -145,14 +142,14 @@ def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
 def triangulate_rim(
     points: Floats, opposite: Floats, forbidden: VertexPairs, *, progress: Progress = ignore_progress
 ) -> Ints | None:
-    """The triangulation of a rim that minimises (largest dihedral angle, area), compared in this order [liepa2003].
+    """Triangulates a rim so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
-    A rim of more than `LARGEST_WHOLE` vertices is cut in two by the chord that is shortest relative to the rim between its ends,
-    again and again; each part is triangulated with the triangles of those before it as neighbours. Then what lies around each
-    chord is triangulated again, so that it need not stay an edge: the result is at least as good as that of the parts.
+    A rim of more than `LARGEST_WHOLE` vertices is cut in two, repeatedly, by its shortest chord relative to the length of rim
+    between the ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the triangles
+    around each chord are triangulated again, so that the chord need not stay an edge; this never makes the result worse.
 
-    (k, 3) `points` are the vertices of the rim in the direction of the new faces, (k, 3) `opposite` the third vertices of the
-    faces of the mesh at the edges from i to i + 1, NaN without. (k - 2, 3) indices of points are returned; None if every
+    (k, 3) `points` are the rim vertices in the direction of the new faces. (k, 3) `opposite` are the third vertices of the mesh
+    faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if every
     triangulation has degenerate triangles or `forbidden` diagonals.
     """
     n = len(points)
@@ -171,7 +168,7 @@ def triangulate_rim(
         i, j = _chord(rim.points[part], part, forbidden) if len(part) > LARGEST_WHOLE else (-1, -1)
         if i >= 0:
             chords.append((int(part[i]), int(part[j])))
-            # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
+            # The part from i to j comes next: its triangle at the chord is then a neighbour of the other part.
             parts += [np.concatenate([part[: i + 1], part[j:]]), part[i : j + 1]]
             continue
         triangles = minimal_triangulation(rim.points[part], rim.across(part), forbidden.among(part))
@@ -192,10 +189,10 @@ class RimTriangles(NamedTuple):
     opposite: Floats  # (k, 3) as for `triangulate_rim`
     forbidden: VertexPairs
     triangles: Ints  # (k - 2, 3)
-    holder: dict[tuple[int, int], int]  # the triangle at each directed edge
+    holder: dict[tuple[int, int], int]  # the triangle of each directed edge
 
     def across(self, corners: Ints) -> Floats:
-        """(c, 3) the third vertex of what lies across each side of a polygon of these corners; NaN if nothing does yet."""
+        """(c, 3) the third vertex of the triangle or mesh face across each side of a polygon; NaN if there is none yet."""
         beyond = np.full((len(corners), 3), np.nan)
         for i, (u, v) in enumerate(zip(corners.tolist(), np.roll(corners, -1).tolist(), strict=True)):
             t = self.holder.get((v, u))
@@ -206,7 +203,7 @@ class RimTriangles(NamedTuple):
         return beyond
 
     def enter(self, places: Iterable[int], triangles: Ints) -> None:
-        """Write triangles, where there were none or others that cover the same."""
+        """Writes triangles to the rows `places`; triangles that were there must cover the same area."""
         self.triangles[list(places)] = triangles
         for t, row in zip(places, triangles.tolist(), strict=True):
             self.holder.update(dict.fromkeys(_sides(row), t))
@@ -218,10 +215,10 @@ def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
 
 
 def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
-    """Triangulates what lies around a chord anew, where that is better.
+    """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
-    The `WINDOW` triangles that are fewest edges away from it form a polygon, as a triangulated polygon is a tree. Its
-    `minimal_triangulation` is taken if its (largest dihedral angle, area) is less.
+    The `WINDOW` nearest triangles, counted in edge crossings, form a polygon, since the dual graph of a triangulated polygon is
+    a tree. Its `minimal_triangulation` replaces them if its (largest dihedral angle, area) is smaller.
     """
     if chord not in rim.holder:
         return  # no longer an edge
@@ -241,7 +238,7 @@ def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
 
 
 def _nearest(rim: RimTriangles, first: int) -> list[int]:
-    """The `WINDOW` triangles that are fewest edges away from the first, in ascending order."""
+    """The `WINDOW` triangles nearest to the first, counted in edge crossings, in ascending order."""
     near, queue = {first}, deque([first])
     while queue:
         for a, b in _sides(rim.triangles[queue.popleft()].tolist()):
@@ -253,7 +250,7 @@ def _nearest(rim: RimTriangles, first: int) -> list[int]:
 
 
 def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
-    """The largest angle of the triangles with each other and the faces across the sides, as 1 - cos, and their doubled area."""
+    """The largest dihedral angle, also with the faces across the sides, as 1 - cos; and the doubled area of the triangles."""
     n = len(points)
     sides = np.arange(n)
     faces = np.concatenate([triangles, np.column_stack([np.roll(sides, -1), sides, n + sides])])
@@ -271,9 +268,9 @@ def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, flo
 
 @compiled
 def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
-    """The shortest diagonal relative to the shorter way along the rim between its ends; (-1, -1) if all are forbidden.
+    """The shortest diagonal relative to the shorter part of the rim between its ends; (-1, -1) if all are forbidden.
 
-    Each of the two parts gets at least a quarter of the edges.
+    Each of the two parts has at least a quarter of the edges.
     """
     n = p.shape[0]
     along = np.zeros(n + 1)
@@ -290,11 +287,11 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
 
 
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) -> Ints | None:
-    """The triangulation of a closed polygon that minimises (largest dihedral angle, area), compared in this order [liepa2003].
+    """Triangulates a closed polygon so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
-    By dynamic programming in O(k^3): the best triangulation of the part from i to j is, for the best vertex m between, the
-    triangle (i, m, j) and the best ones from i to m and from m to j. Angles are those with the triangles beside, and over the
-    sides. The arguments are those of `triangulate_rim`, but for (k, k) `forbidden` and coordinates of ordinary size.
+    Dynamic programming in O(k^3): the best triangulation of the part from i to j is the triangle (i, m, j), for the best vertex m
+    between, with the best ones from i to m and from m to j. Dihedral angles at the sides count too. Arguments as for
+    `triangulate_rim`, except that `forbidden` is (k, k) and the coordinates are scaled to the order of 1.
     """
     n = len(points)
     angle, third = np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32)
@@ -313,8 +310,8 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) ->
 
 @compiled
 def _solve(points: Floats, forbidden: Bools, angle: Floats, area: Floats, normals: Floats, third: Ints) -> None:
-    """Writes the best triangulation of every part from corner i to j > i: its largest angle, as 1 - cos, its doubled area, and
-    the unit normal and the third corner of its triangle at (i, j). `points` are the corners, then the vertices beyond the sides.
+    """Writes the best triangulation of every part from corner i to j > i: largest dihedral angle as 1 - cos, doubled area,
+    unit normal and third corner of its triangle at (i, j). `points` are the corners, then the vertices across the sides.
     """
     n = forbidden.shape[0]
     for i in range(n):
@@ -367,9 +364,9 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
 
 @compiled
 def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
-    """Whether a split is to replace the best so far: by angle, then by area, then for the evener one.
+    """Whether a split is better than the best so far: by angle, then by area, then by the more even split.
 
-    In a flat polygon all triangulations have the same angles and areas, and rounding would choose fans of needles.
+    In a flat polygon all triangulations have the same angles and area; without the last rule rounding would choose needles.
     """
     if angle < best_angle - _SAME:
         return True

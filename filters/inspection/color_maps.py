@@ -1,7 +1,7 @@
-"""Colours for numbers: maps that grow evenly in lightness, and the limits between which they are spread.
+"""Colour maps with even lightness, and the limits of the values that they cover.
 
-Both maps are paths through the perceptual space Oklab [ottosson2020] along which lightness is linear, so that equal steps of the
-number look equal, in grey and to those who cannot tell red from green, too: the ends of the diverging one are blue and orange.
+Both maps are paths through the perceptual space Oklab [ottosson2020] with piecewise linear lightness, so that equal steps of a
+value look equal, also in grey and to colour-blind people: the diverging map goes from blue to orange, not from red to green.
 """
 
 from collections.abc import Iterable
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ..mesh import Floats
 
-#: The share of all values that limits enclose: outliers would make all others look alike.
+#: The share of the values between the limits: with outliers inside the limits, all other values would look alike.
 ENCLOSED = 0.98
-#: Steps of a map, more than the 256 levels of a channel.
+#: Steps of a map: more than the 256 levels of a channel.
 _STEPS = 1024
-#: By position along the map, from 0 to 1: lightness, chroma, and hue in degrees.
+#: The stops of a map: position from 0 to 1, lightness, chroma, hue in degrees.
 _DIVERGING = (
     (0.0, 0.40, 0.13, 258.0),
     (0.25, 0.685, 0.12, 250.0),
@@ -28,24 +28,24 @@ _SEQUENTIAL = ((0.0, 0.38, 0.12, 285.0), (0.35, 0.57, 0.10, 225.0), (0.7, 0.77, 
 
 
 class Limits(NamedTuple):
-    """The numbers at the two ends of a colour map; what lies beyond has the colour of the end."""
+    """The values at the two ends of a colour map; values beyond have the colour of the end."""
 
     low: float
     high: float
 
 
 def robust_limits(values: Floats) -> Limits:
-    """The limits that leave out 1 % of the finite values at each end; 0 and 0 if there are none."""
+    """Limits that leave out 1 % of the finite values at each end; (0, 0) if no value is finite."""
     halves = 0.5 * values[np.isfinite(values)]
     if not len(halves):
         return Limits(0.0, 0.0)
-    # Halves, since between two large numbers of either sign quantiles are interpolated by their difference.
+    # Halves, since quantiles interpolate by a difference, which overflows for large values of opposite signs.
     low, high = 2.0 * np.quantile(halves, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2], overwrite_input=True)
     return Limits(float(low), float(high))
 
 
 def symmetric_limits(values: Floats) -> Limits:
-    """Limits -x and x, between which 98 % of the finite values lie; the largest size if that many are 0."""
+    """Limits -x and x that enclose 98 % of the finite values; if 98 % are 0, x is the largest absolute value."""
     sizes = np.abs(values[np.isfinite(values)])
     if not len(sizes):
         return Limits(0.0, 0.0)
@@ -54,18 +54,18 @@ def symmetric_limits(values: Floats) -> Limits:
 
 
 def diverging_colors(values: Floats, limits: Limits) -> Floats:
-    """(n, 4) red, green, blue, opacity from 0 to 1: blue below the middle of the limits, nearly white there, orange above."""
+    """(n, 4) RGBA from 0 to 1: blue below the middle of the limits, nearly white at the middle, orange above."""
     return _DIVERGING_TABLE[_places(values, limits)]
 
 
 def sequential_colors(values: Floats, limits: Limits) -> Floats:
-    """(n, 4) red, green, blue, opacity from 0 to 1: dark violet at the lower limit, by way of green, to bright yellow."""
+    """(n, 4) RGBA from 0 to 1: dark violet at the lower limit, then green, bright yellow at the upper limit."""
     return _SEQUENTIAL_TABLE[_places(values, limits)]
 
 
 def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
     low, high = limits
-    # Halved: the difference of two large numbers of either sign would overflow.
+    # Halved: the difference of two large values of opposite signs would overflow.
     half = 0.5 * high - 0.5 * low
     shares = np.full(len(values), 0.5)
     if half > 0.0:
@@ -76,7 +76,7 @@ def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
 
 
 def _table(stops: Iterable[tuple[float, float, float, float]]) -> Floats:
-    """(k, 4) gamma-coded colours of a map, along straight lines of Oklab between its stops."""
+    """(k, 4) gamma-encoded colours of a map: linear interpolation in Oklab between the stops."""
     at, lightness, chroma, hue = np.array(list(stops)).T
     angle = np.radians(hue)
     lab = (lightness, chroma * np.cos(angle), chroma * np.sin(angle))

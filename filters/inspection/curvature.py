@@ -1,4 +1,4 @@
-"""Curvature and normals of triangle meshes at their vertices, from the angles and areas of the faces; reflections by them."""
+"""Vertex normals and curvatures of triangle meshes, from the angles and areas of the faces; reflection stripes."""
 
 import math
 from typing import Literal, TypeAlias
@@ -13,12 +13,12 @@ from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
 
-#: The share of a stripe's period over which bright turns into dark.
+#: The amplitude of the cosine below which brightness is not clipped: smaller makes the edges of stripes sharper.
 _SOFTNESS = 0.25
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(n, 3) the unit normals of the vertices, face normals weighted with angles; 0 at vertices without a face.
+    """(n, 3) unit vertex normals: the sum of the face normals weighted by the corner angles; 0 at vertices without a face.
 
     Raises:
         FilterInputError: not a mesh.
@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals of vertices, those of the faces weighted with angles: no matter how they are cut; 0 without area."""
+    """(n, 3) unit vertex normals, weighted by corner angles: independent of how faces are split; 0 if no face has area."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -51,21 +51,21 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
 
 
 #: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
-#: no area and stays calm at slivers, but sees where vertices are spread unevenly.
+#: no area and is robust to slivers, but has an error where vertices are spread unevenly.
 CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
-#: "deficit": the angle that is missing at the vertex, in radians. "per_area": that over its area.
+#: "deficit": the angle deficit of the vertex, in radians. "per_area": the deficit divided by the area of the vertex.
 GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
 
 
 def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: CurvatureOperator = "cotangent") -> Floats:
-    """(n,) the mean curvature H of every vertex, in 1 / mesh unit: 1 / r on a sphere of radius r whose normals look outwards.
+    """(n,) the mean curvature H of every vertex, in 1 / mesh unit: 1 / r on a sphere of radius r whose normals point outwards.
 
-    Positive where the surface bulges towards its normals, negative in hollows. With n_i the angle-weighted normal of the vertex:
+    Positive where the surface bulges towards its normals, negative in hollows. With n_i the angle-weighted vertex normal:
     cotangent, H_i = -n_i . (L p)_i / 2 with L = M^-1 C, C the cotangent stiffness and M the mixed Voronoi areas [meyer2003];
-    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), which is the mean of the normal
-    curvatures along the edges, weighted with their squared lengths: H where edges are spread evenly. The error of the cotangent
-    operator falls with the square of the edge on regular meshes, and it is exact on cylinders. 0 on borders, where neither is
-    defined, and at vertices without a face.
+    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges). The uniform value is the mean of
+    the normal curvatures along the edges, weighted by their squared lengths; it is H if the edges are spread evenly. The error
+    of the cotangent operator falls with the square of the edge length on regular meshes, and is 0 on cylinders. Both are 0 on
+    borders, where H is not defined, and at vertices without a face.
 
     Raises:
         FilterInputError: not a mesh, or an unknown operator.
@@ -87,12 +87,12 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
     """(n,) the Gaussian curvature of every vertex [meyer2003]; 0 at vertices without a face.
 
-    deficit: in radians, 2 pi - sum theta over the corners at an inner vertex, the integral of the curvature over its
-    surroundings; pi - sum theta at a vertex of the border, how far the border turns there. So the deficits of every mesh without
-    non-manifold vertices add up to 2 pi chi, chi the Euler characteristic (Gauss-Bonnet), whether it is closed or not.
+    deficit: in radians, with theta the corner angles at the vertex. At an inner vertex 2 pi - sum theta, the integral of the
+    curvature over its neighbourhood; at a border vertex pi - sum theta, the turn of the border. On every mesh without
+    non-manifold vertices, closed or not, the deficits sum to 2 pi chi, chi the Euler characteristic (Gauss-Bonnet).
 
-    per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on what can be
-    unrolled, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and irregular
+    per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on developable
+    surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and irregular
     triangles change it more than the mean curvature.
 
     Raises:
@@ -104,7 +104,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
         return np.zeros(len(mesh.vertices))
     on_border = border_vertices(mesh.cells, len(mesh))
     angles = corner_angles(mesh.points, mesh.cells)
-    # So that they add up to pi in each face: where corners coincide an angle is missing, elsewhere it is rounding.
+    # The angles of a face must sum to pi: a face with coinciding corners lacks an angle, the others have rounding errors.
     angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
     full = np.where(on_border, math.pi, 2.0 * math.pi)
     deficits: Floats = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))
@@ -121,6 +121,7 @@ def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
 
 
 def _uniform(points: Floats, faces: Ints) -> Floats:
+    """(n,) the mean curvature by the uniform operator, see `mean_curvature`."""
     pairs = edges(faces)
     towards = points[pairs[:, 1]] - points[pairs[:, 0]]
     squares = np.einsum("ij,ij->i", towards, towards)
@@ -128,39 +129,39 @@ def _uniform(points: Floats, faces: Ints) -> Floats:
     for k, sign in ((0, 1.0), (1, -1.0)):
         np.add.at(sums, pairs[:, k], sign * towards)
         lengths += np.bincount(pairs[:, k], squares, minlength=len(points))
-    # Sums over the ring for means: the valence cancels.
+    # Sums over the ring instead of means: the valence cancels in the quotient.
     bulges = -2.0 * np.einsum("ij,ij->i", vertex_normals(points, faces), sums)
     return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
 
 
 def at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
-    """(n, ...) the values of the points at their vertices, 0 at the others."""
+    """(n, ...) the values of the points of a normalised mesh at the original vertices, 0 at unused vertices."""
     values = np.zeros((len(mesh.vertices), *local.shape[1:]))
     values[mesh.used] = local
     return values
 
 
 def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 8.0) -> Floats:
-    """(n,) the brightness of each place of a polished surface, from 0 to 1.
+    """(n,) the brightness of a polished surface under line lamps at each normal, from 0 to 1.
 
-    The lamps are infinitely far and parallel to `direction`, evenly spread round it. The eye is infinitely far in the direction
-    `view`. It sees at a normal n the light that comes from r = 2 (n . v) n - v, which lies in a lamp or between two according to
-    the angle of r about `direction`. Lines that bend sharply show a jump of the normals, which shading hardly shows; lines that
-    are smooth but not evenly spread show curvature that changes.
+    The lamps are infinitely far, parallel to `direction`, and evenly spread round it. The eye is infinitely far in the direction
+    v = `view`. At a normal n it sees light from r = 2 (n . v) n - v; the angle of r about `direction` decides whether r hits a
+    lamp or the dark between two lamps. A sharp bend of a stripe shows a jump of the normals, which shading hardly shows; smooth
+    stripes with uneven gaps show a change of curvature.
 
     Args:
         normals: (n, 3) unit normals; 0 gives 0.5.
         view: (3,) from the surface to the eye.
         direction: (3,) along the lamps.
-        stripes: how many lamps there are all round; larger shows smaller defects.
+        stripes: the number of lamps, rounded; larger shows smaller defects.
 
     Raises:
-        FilterInputError: a direction without length, or stripes that are not above 0.
+        FilterInputError: a direction without length, or stripes not above 0.
     """
     stripes = check_positive("stripes", stripes)
     eye, axis = _unit("view", view), _unit("direction", direction)
     reflected = 2.0 * (normals @ eye)[:, None] * normals - eye
-    # Two directions across the lamps; angles are counted from the first.
+    # Two directions perpendicular to the lamps; angles are measured from the first.
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     second = np.cross(axis, first)

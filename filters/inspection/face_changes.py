@@ -1,4 +1,4 @@
-"""Faces that a filter has changed: folded ones, their shapes, sharp edges, and the sides of the bounding box without noise."""
+"""What a filter has changed: folded faces, triangle shapes, sharp edges, and the sides of the bounding box without noise."""
 
 import math
 from typing import NamedTuple
@@ -13,26 +13,26 @@ from ..operators import uniform_laplacian
 from ..topology import face_adjacency
 from .surface_measures import dihedral_angles, face_measures
 
-#: The least angle between the normals of two faces at a sharp edge, in degrees.
+#: The smallest angle between the normals of the two faces of a sharp edge, in degrees.
 SHARP = 40.0
-# Steps p <- p + 2/3 L p with the uniform operator average over some two edges to all sides: noise of single vertices becomes an
-# eighth, the loss of an end that is six edges across stays.
+# 12 steps p <- p + 2/3 L p with the uniform operator average over about two edges in all directions: independent noise falls to
+# an eighth, but the loss of an end six edges wide remains.
 _STEPS, _STEP = 12, 2.0 / 3.0
 
 
 class SharpEdges(NamedTuple):
-    """The edges at which two faces meet sharply."""
+    """The edges whose two faces meet at an angle of at least `SHARP`."""
 
-    pairs: Ints  # (k, 2) their vertices
-    faces: Ints  # (k, 2) their faces
-    middles: Floats  # (k, 3) their middles
-    lengths: Floats  # (k,) their lengths
+    pairs: Ints  # (k, 2) the vertices of each edge
+    faces: Ints  # (k, 2) its two faces
+    middles: Floats  # (k, 3) its midpoint
+    lengths: Floats  # (k,) its length
 
 
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
-    """The edges with exactly two faces whose normals differ by at least `SHARP` degrees.
+    """Returns the edges with exactly two faces whose normals differ by at least `SHARP` degrees.
 
-    Noise of half an edge makes every edge sharp: on a noisy scan this measures the noise.
+    Noise of half an edge length makes every edge sharp, so on a noisy scan the result only measures the noise.
 
     Raises:
         FilterInputError: not a mesh.
@@ -49,9 +49,9 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
 
 
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
-    """The share of the length of the sharp edges of `before` near which `after` has one; None if there were none.
+    """The share of the sharp edges of `before`, by length, that `after` still has nearby; None if `before` has none.
 
-    The middles of edges may be `within` so many mesh units; larger finds more of them kept.
+    An edge is kept if `after` has a sharp edge whose midpoint is `within` this distance in mesh units; larger keeps more.
     """
     total = math.fsum(before.lengths)
     if total == 0.0:
@@ -64,16 +64,16 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
 
 
 def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Floats:
-    """The change of each side as a share of it: sides(q) / sides(q - S(q - p)) - 1.
+    """The relative change of each side of the bounding box, without noise: sides(q) / sides(q - S(q - p)) - 1.
 
-    p and q are the vertices before and after, S averages vectors over neighbourhoods. What neighbours have moved together is a
-    change of shape and stays in S; noise that was taken off, or came, is averaged away. q - S(q - p) is then what the surface
-    was before, with the noise that it has after, so that both boxes are as much larger by noise at their ends.
+    p and q are the vertices before and after; S averages displacements over neighbourhoods. S keeps the common displacement of
+    neighbours, which changes the shape, and averages out the noise that was removed or added. So q - S(q - p) is the shape before
+    with the noise after, and noise enlarges both boxes equally.
 
     Returns:
-        (3,) the changes along x, y and z; nan where there was no side. -0.02 is 2 % shorter. With independent noise of 0.5 mean
-        edges taken off they are right within 0.01 on shapes 27 edges thick, where the boxes themselves differ by 0.1. Vertices
-        without a face do not count.
+        (3,) the changes along x, y and z; nan where the side was 0. -0.02 means 2 % shorter. If a filter removes independent
+        noise of 0.5 mean edges, the error is below 0.01 on shapes 27 edges thick, where the boxes themselves differ by 0.1.
+        Vertices without a face do not count.
 
     Raises:
         FilterInputError: not a mesh.
@@ -90,9 +90,9 @@ def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Float
 
 
 def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(m,) l / (sqrt(3) R) of every face, l its shortest edge and R its circumradius: 1 if equilateral, towards 0 for slivers.
+    """(m,) l / (sqrt(3) R) of every face, l its shortest edge and R its circumradius: 1 if equilateral, near 0 for slivers.
 
-    A right-angled isosceles triangle has 0.816. 0 where a face has no area.
+    A right-angled isosceles triangle has 0.816, a face without area 0.
 
     Raises:
         FilterInputError: not a mesh.
@@ -103,16 +103,16 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
-    """(m,) which faces look away from the mean of the normals of the faces at their vertices, weighted by area.
+    """(m,) which faces look away from the mean normals of their vertices, weighted by area.
 
-    Where faces do not agree on the outside, those of the smaller side count.
+    If the faces are not coherently oriented, the faces with the minority orientation count.
 
     Raises:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
-    # Scaled by a power of two, not moved: what other vertices do changes no bit here.
+    # Scaled by a power of two and not moved, so that the result has the same bits whatever the other vertices are.
     local = np.zeros_like(points)
     local[mesh.used] = mesh.scale * points[mesh.used]
     return looking_away(cross_products(local, triangles), triangles, len(points))

@@ -1,4 +1,4 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, exactly, and the side of the surface they lie on."""
+"""Exact nearest places on a surface or in a cloud for many points, and the side of the surface on which each point lies."""
 
 import math
 from dataclasses import dataclass
@@ -18,28 +18,28 @@ from ..neighbours import gap_to, split_nodes
 from ..topology import faces_across, proper_faces
 from .curvature import at_vertices, vertex_normals
 
-#: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
+#: Triangles in a leaf, a constant of the kernels: 2 and 8 are not faster.
 _LEAF = 4
-#: Deep enough for any walk down a tree of 2^31 triangles.
+#: The size of the search stack, enough for a tree of 2^31 triangles.
 _STACK = 64
-#: Boxes that are further by this share than the nearest triangle so far are left out: more than all rounding.
+#: The search skips boxes that are further than the nearest triangle so far by this factor, which exceeds all rounding errors.
 _SLACK = 1.0 + 1e-9
-#: Of the squared size of the coordinates: differences of squares below are rounding.
+#: Smaller differences of squared distances are rounding errors, as a share of the squared size of the coordinates.
 _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
 class TriangleTree(NamedTuple):
-    """The triangles, halved at the median of the widest side of the box of their middles; of node i into 2 i and 2 i + 1."""
+    """A bounding volume tree: node i splits its triangles into nodes 2 i and 2 i + 1, at the median of the widest box side."""
 
-    triangles: Floats  # (m, 9) the first corner, and from there to the second and to the third
-    indices: Ints  # (m,) the face of each
-    boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of each node's triangles
-    leaves: int  # how many there are
-    rounding: float  # the square of a length: smaller differences of coordinates are rounding
+    triangles: Floats  # (m, 9) the first corner, the vector to the second corner, the vector to the third
+    indices: Ints  # (m,) the face of each triangle
+    boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of the triangles of each node
+    leaves: int  # number of leaves
+    rounding: float  # smaller differences of squared distances are rounding errors
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
-        """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
+        """Builds the tree of (m, 3) triangles, m at least 1, of (n, 3) points, which should be near the origin."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
         _middles(points, faces, rows)
@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """Of (q, 3) points the nearest faces, of equals the lowest, (q, 2) weights of the last corners, and (q,) distances."""
+        """(q,) the nearest faces (ties: the lowest) of (q, 3) points, (q, 2) weights of the last two corners, (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
@@ -67,7 +67,7 @@ def _middles(points: Floats, faces: Ints, rows: Floats) -> None:
 
 @compiled(nogil=True)
 def _enclose(points: Floats, faces: Ints, indices: Ints, leaves: int, triangles: Floats, boxes: Floats) -> None:
-    """Writes the triangles in the order of the tree, and their boxes over those of their middles."""
+    """Writes the triangles in the order of the tree, and replaces the boxes of their centres by the boxes of the triangles."""
     boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
     for leaf in range(leaves):
         node, first, last = 1, 0, leaves
@@ -91,13 +91,14 @@ def _enclose(points: Floats, faces: Ints, indices: Ints, leaves: int, triangles:
 
 @compiled(nogil=True)
 def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, distances: Floats, first: int, last: int) -> None:
+    """Writes the nearest place for the queries from `first` to `last`; visits the nearer child of a node first."""
     triangles, indices, boxes, leaves, rounding = tree
     stack = np.empty((_STACK, 3), np.int64)
     gaps = np.empty(_STACK)
     row = 0
     for q in range(first, last):
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
-        # The nearest triangle of the query before is a good guess.
+        # The nearest triangle of the previous query is a good first guess.
         s, t, best = _measure(triangles, row, x, y, z)
         stack[0, 0], stack[0, 1], stack[0, 2], gaps[0] = 1, 0, leaves, 0.0
         top = 1
@@ -131,6 +132,7 @@ def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, 
 
 @compiled(nogil=True)
 def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """The weights s, t of the place on triangle r nearest to (x, y, z), and its squared distance."""
     px, py, pz = x - triangles[r, 0], y - triangles[r, 1], z - triangles[r, 2]
     ux, uy, uz = triangles[r, 3], triangles[r, 4], triangles[r, 5]
     vx, vy, vz = triangles[r, 6], triangles[r, 7], triangles[r, 8]
@@ -141,6 +143,7 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 @compiled(nogil=True)
 def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int) -> None:
+    """Writes the bounds of `Surface.largest_distances` for the triangles from `first` to `last`."""
     for c in range(first, last):
         longest = 0.0
         for k in range(3):
@@ -159,26 +162,26 @@ def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs,
 class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points."""
 
-    signed: Floats  # (q,) how far the points are from the places, negative on the side from which the faces look away
-    elements: Ints  # (q,) the face on which each place lies; in a cloud the point that it is
-    vectors: Floats  # (q, 3) from the places to the points, in mesh units; (0, 3) without `vectors`
+    signed: Floats  # (q,) the distances of the points from the places, negative behind the faces
+    elements: Ints  # (q,) the face of each place; in a cloud its point
+    vectors: Floats  # (q, 3) from the places to the points, in mesh units; (0, 3) if not requested
 
     @property
     def distances(self) -> Floats:
-        """(q,) the distances without sign."""
+        """(q,) the absolute distances."""
         return np.abs(self.signed)
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A mesh, or a cloud, to which distances are measured; exact far from the origin, too, as differences come before squares."""
+    """A mesh or a cloud as the target of distances; also exact far from the origin: differences are taken before squares."""
 
     mesh: NormalisedMesh
-    faces: Longs  # (m,) the number of each of its triangles in the original mesh
+    faces: Longs  # (m,) the index in the original mesh of each triangle of `mesh`
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
-        """The surface of (n, 3) vertices and (m, 3) triangles; without any the cloud of the vertices.
+        """The surface of (n, 3) vertices and (m, 3) triangles; without proper triangles the cloud of the vertices.
 
         Raises:
             FilterInputError: not a mesh, or no vertices.
@@ -190,14 +193,14 @@ class Surface:
         return cls(normalised_mesh(points, triangles[proper]), proper)
 
     def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
-        """The nearest place to each of (q, 3) points: exact, and of places as near as each other that of the lowest face.
+        """Returns the exact nearest place to each of (q, 3) points; among equally near places that of the lowest face.
 
-        The side is that of the face, and at an edge or a vertex that of the sum of its faces' normals, weighted with the angle
-        at a vertex: then it is right for every point around a closed surface [baerentzen2005].
+        The sign is the side of the face; at an edge or a vertex it is the side of the sum of the adjacent normals, weighted by
+        angle at a vertex. So it is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
         places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
-        for part in blocks(count):  # the intermediate arrays take five times the memory of the result
+        for part in blocks(count):  # the intermediate arrays need five times the memory of the result
             places.signed[part], places.elements[part], offsets = self._nearest(queries[part])
             if vectors:
                 places.vectors[part] = offsets / self.mesh.scale
@@ -217,40 +220,40 @@ class Surface:
         return np.where(outwards < 0.0, -1.0, 1.0) * distances / mesh.scale, self.faces[cells], vectors
 
     def local(self, places: Floats) -> Floats:
-        """Places about the middle of the surface in its scale."""
+        """Converts places to the local coordinates of `mesh`."""
         return np.ascontiguousarray((places - self.mesh.middle) * self.mesh.scale)
 
     def search(self, local: Floats) -> tuple[Longs, Floats]:
-        """The nearest triangles, by their number in `mesh`, to (q, 3) local places, and their (q,) local distances."""
+        """Returns the nearest triangle of `mesh` to each of (q, 3) local places, and the (q,) local distances."""
         cells, _, distances = self._tree.nearest(local)
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """(t,) bounds above the local distances of all places of triangles, by corners (t, 3, 3) at distances (t, 3).
+        """(t,) upper bounds of the local distances in triangles with (t, 3, 3) corners at (t, 3) distances.
 
-        A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And the
-        distance from each of the (t, k) triangles of `mesh` beside is convex, so that it is largest at a corner.
+        Each place is within the longest side over sqrt(3) of a corner (Jung's theorem), so its distance is at most that much
+        larger. The distance from a triangle of `mesh`, tried for (t, k) `beside`, is convex, so it is largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)
         return bounds
 
     def cells_of(self, faces: Ints) -> Longs:
-        """The triangles of `mesh` by their number in the original mesh."""
+        """Returns the triangles of `mesh` for faces of the original mesh."""
         return np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
-        """(q, 3) the unit normals of triangles by their number in the original mesh; 0 of those without area."""
+        """(q, 3) the unit normals of faces of the original mesh; 0 for a face without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 
     def normals_at_vertices(self) -> Floats:
-        """(n, 3) the unit normals of all vertices; 0 where there are none."""
+        """(n, 3) the unit normals of all vertices of the original mesh; 0 if undefined."""
         return at_vertices(self.mesh, self._vertex_normals)
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
         normals = self._normals[cells]
         s, t = weights.T
-        # Edge k goes from corner k to the next; a place on two of them is their common corner.
+        # Edge k goes from corner k to the next; a place on two edges is their common corner.
         on = np.column_stack([t == 0.0, s + t == 1.0, s == 0.0])
         at_corner = on.sum(axis=1) > 1
         for k in range(3):

@@ -1,4 +1,4 @@
-"""Measures of a surface: size, topology, roughness and the quality of its triangles; exact far from the origin (UTM), too."""
+"""Measures of a surface: size, topology, roughness, triangle quality; also exact far from the origin (UTM coordinates)."""
 
 import math
 from dataclasses import dataclass
@@ -19,73 +19,73 @@ from ..topology import connected_components, corner_at, faces_by_edge, listed_ed
 class SurfaceMeasures:
     """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
 
-    A measure is None where it is not defined: the volume of a mesh with a border, the edges of a point cloud. A face that names
-    a vertex twice counts in `faces` and `degenerate_faces` and nowhere else. Edges of polylines are measured in meshes without
-    faces; in others they only count as references to their vertices.
+    A measure is None if it is not defined, as the volume of a mesh with a border. A face that names a vertex twice counts only in
+    `faces` and `degenerate_faces`. Edges of polylines are measured in meshes without faces; in other meshes they only count as
+    references to their vertices.
     """
 
-    vertices: int  # all of them
-    faces: int  # all of them
-    edges: int  # edges of the faces, or in a mesh without faces of the polylines, each once
+    vertices: int  # number of all vertices
+    faces: int  # number of all faces
+    edges: int  # number of face edges, or of polyline edges in a mesh without faces, each once
     unreferenced_vertices: int  # vertices that no face and no edge uses
-    degenerate_faces: int  # faces of no area, left out of `roughness` and 0 in `triangle_quality`
-    folded_faces: int  # faces whose normals point away from those at their vertices, see `folded_faces`
+    degenerate_faces: int  # faces without area, left out of `roughness` and 0 in `triangle_quality`
+    folded_faces: int  # faces whose normals point away from the mean normals at their vertices, see `folded_faces`
     border_edges: int  # edges with exactly one face
     non_manifold_edges: int  # edges with more than two faces
-    non_manifold_vertices: int  # those of such an edge, and those whose faces form more than one fan, as where two cones touch
-    components: int  # of the faces, or in a mesh without faces of the edges; isolated vertices are not counted
-    closed: bool  # there are faces and every edge has two
-    oriented: bool  # the two faces of an inner edge traverse it in opposite directions, so that they agree on the outside
+    non_manifold_vertices: int  # vertices of a non-manifold edge, or whose faces form several fans, as where two cones touch
+    components: int  # connected components of the faces, or of the edges in a mesh without faces; isolated vertices do not count
+    closed: bool  # there are faces, and every edge has two
+    oriented: bool  # coherently oriented: the two faces of each inner edge traverse it in opposite directions
     euler_characteristic: int  # vertices with an edge - edges + faces
-    genus: int | None  # handles, components - euler_characteristic / 2; of closed, oriented meshes with manifold vertices
-    diagonal: float  # of the bounding box of all vertices
-    area: float  # of all faces
-    volume: float | None  # sum of det(a, b, c) / 6 over faces counter-clockwise seen from outside; of closed, oriented meshes
-    mean_edge: float | None  # the mean length of the edges
-    # the mean angle between the normals of two faces that share an edge, however oriented: 0 for a plane, larger is rougher
+    genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
+    diagonal: float  # diagonal of the bounding box of all vertices
+    area: float  # area of all faces
+    volume: float | None  # sum of det(a, b, c) / 6, faces counter-clockwise from outside; only of closed, oriented meshes
+    mean_edge: float | None  # mean edge length
+    # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane, larger is rougher
     roughness: float | None
-    triangle_quality: float | None  # the mean of `triangle_shapes`: 1 if all are equilateral, towards 0 for slivers
-    mean_spacing: float | None  # the mean distance of points from their nearest neighbours; of clouds of two points or more
+    triangle_quality: float | None  # mean of `triangle_shapes`: 1 if all are equilateral, near 0 for slivers
+    mean_spacing: float | None  # mean distance from the nearest neighbour; only of clouds of two or more points
 
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
     """The connectivity of a mesh."""
 
-    n_vertices: int  # how many there are
+    n_vertices: int  # number of vertices
     faces: Ints  # (m, 3) all faces
     segments: Ints  # (e, 2) edges of polylines
     proper: Ints  # (p, 3) the faces that name three different vertices
-    pairs: Ints  # (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once
-    neighbours: Ints  # (q, 2) the faces of `proper` that share an edge with exactly two
-    oriented: bool  # whether all of these agree on the outside
-    used: int  # how many vertices a proper face, or in a mesh without faces an edge, uses
-    unreferenced: int  # how many no face and no edge uses
-    border: int  # how many edges have exactly one face
-    crowded: int  # how many have more than two
-    pinched: int  # how many vertices have such an edge, or faces that form more than one fan
-    components: int  # parts that faces connect, or in a mesh without faces edges
+    pairs: Ints  # (k, 2) the edges of the faces, or of the polylines in a mesh without faces, each once
+    neighbours: Ints  # (q, 2) the two `proper` faces of each edge with exactly two
+    oriented: bool  # whether all these pairs are coherently oriented
+    used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
+    unreferenced: int  # number of vertices in no face and no edge
+    border: int  # number of edges with exactly one face
+    non_manifold_edges: int  # number of edges with more than two faces
+    non_manifold_vertices: int  # number of vertices with such an edge, or whose faces form several fans
+    components: int  # number of connected components of the faces, or of the edges in a mesh without faces
 
     def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
-        """Whether another mesh is connected in the same way."""
+        """Whether a mesh has exactly this connectivity."""
         return n_vertices == self.n_vertices and np.array_equal(faces, self.faces) and np.array_equal(segments, self.segments)
 
 
 def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
-    """That of vertices by (m, 3) faces and (e, 2) edges, both int32."""
+    """Returns the connectivity of (m, 3) int32 faces and (e, 2) int32 polyline edges."""
     all_proper = proper_faces(faces)
     proper = faces if all_proper.all() else faces[all_proper]
     by_edge = faces_by_edge(proper)
     pairs, face_counts = listed_edges(*by_edge)
     shared, neighbours = listed_edges(*by_edge, 2, 2, columns=2)
     if len(shared) == len(pairs):
-        pairs = shared  # kept once
+        pairs = shared  # saves the memory of a second copy
     face_counts = face_counts.ravel()
     used = referenced_vertices(proper, n_vertices)
     components = connected_components(proper, n_vertices)[1]
     fans, oriented = _fans(proper, neighbours, shared, n_vertices)
-    pinched = fans > 1
-    pinched[pairs[face_counts > 2]] = True
+    non_manifold = fans > 1
+    non_manifold[pairs[face_counts > 2]] = True
     if len(faces) == 0 and len(segments):
         pairs = np.unique(np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1), axis=0)
         used[pairs] = True
@@ -104,15 +104,15 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
         used=count,
         unreferenced=n_vertices - int(used.sum()),
         border=int((face_counts == 1).sum()),
-        crowded=int((face_counts > 2).sum()),
-        pinched=int(pinched.sum()),
+        non_manifold_edges=int((face_counts > 2).sum()),
+        non_manifold_vertices=int(non_manifold.sum()),
         components=components,
     )
 
 
 @compiled(nogil=True)
 def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple[Ints, bool]:
-    """(n,) how many fans the faces of a vertex form, linked through edges with two faces; and whether all of these agree."""
+    """(n,) the number of fans at each vertex, linked by edges with two faces; and whether linked faces agree on the outside."""
     parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
     oriented = True
     for p in range(neighbours.shape[0]):
@@ -130,9 +130,9 @@ def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple
 
 
 def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
-    """Measure a triangle mesh, polylines of (e, 2) edges (no faces) or a point cloud (no faces and no edges).
+    """Measures a triangle mesh, polylines of (e, 2) edges (no faces) or a point cloud (no faces and no edges).
 
-    An edge from a vertex to itself only makes that vertex a referenced one.
+    An edge from a vertex to itself only marks the vertex as referenced.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
@@ -143,7 +143,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
 def measures_and_connectivity(
     vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), former: Connectivity | None = None
 ) -> tuple[SurfaceMeasures, Connectivity]:
-    """The measures of `surface_measures`, and the connectivity, which takes half of the time: a former one is reused."""
+    """Returns `surface_measures` and the connectivity; `former` is reused if it fits, which saves half of the time."""
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)
@@ -162,13 +162,13 @@ def measures_and_connectivity(
     normals, doubled, quality = face_measures(points, proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
     del doubled, quality, lengths  # lowers the peak memory for scans of millions of vertices
-    closed = len(proper) > 0 and topology.border == topology.crowded == 0
+    closed = len(proper) > 0 and topology.border == topology.non_manifold_edges == 0
     volume = genus = None
     euler = topology.used - len(pairs) + len(proper)
     if closed and topology.oriented:
         # a . ((b - a) x (c - a)) is det(a, b, c)
         volume = float(np.einsum("ij,ij->i", points[proper[:, 0]], normals).sum()) / 6 * unit * unit * unit
-        genus = None if topology.pinched else topology.components - euler // 2
+        genus = None if topology.non_manifold_vertices else topology.components - euler // 2
     angles = dihedral_angles(normals, proper, topology.neighbours)
     angles = angles[np.isfinite(angles)]
     is_cloud = n_faces == len(segments) == 0 and n_vertices > 1
@@ -180,8 +180,8 @@ def measures_and_connectivity(
         degenerate_faces=degenerate,
         folded_faces=int(looking_away(normals, proper, n_vertices).sum()),
         border_edges=topology.border,
-        non_manifold_edges=topology.crowded,
-        non_manifold_vertices=topology.pinched,
+        non_manifold_edges=topology.non_manifold_edges,
+        non_manifold_vertices=topology.non_manifold_vertices,
         components=topology.components,
         closed=closed,
         oriented=topology.oriented,
@@ -199,20 +199,20 @@ def measures_and_connectivity(
 
 
 def box_diagonal(points: Floats) -> float:
-    """The diagonal of the box of all points, without overflow."""
+    """The diagonal of the bounding box of all points, without overflow."""
     cloud = normalised_mesh(points, np.empty((0, 3), np.int32))
     return cloud.diagonal / cloud.scale
 
 
 def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
-    """The normals of the faces, twice their area long, twice their areas, and their quality, 0 without area."""
+    """(m, 3) face normals whose lengths are twice the areas, (m,) twice the areas, and (m,) quality, 0 without area."""
     normals, doubled, quality = np.empty((len(faces), 3)), np.empty(len(faces)), np.zeros(len(faces))
     over_range(_measure, len(faces), points, faces, normals, doubled, quality)
     return normals, doubled, quality
 
 
 def dihedral_angles(normals: Floats, faces: Ints, neighbours: Ints) -> Floats:
-    """The angle between the normals of (q, 2) faces that share an edge, one turned over if they do not agree; NaN if one is 0."""
+    """(q,) the angles between the normals of (q, 2) adjacent faces, as if coherently oriented; NaN if a normal is 0."""
     angles = np.empty(len(neighbours))
     over_range(_measure_pairs, len(neighbours), normals, faces, neighbours, angles)
     return angles
@@ -241,12 +241,12 @@ def _measure_pairs(normals: Floats, faces: Ints, neighbours: Ints, angles: Float
         for k in range(3):
             for j in range(3):
                 if faces[f, k] == faces[g, (j + 1) % 3] and faces[f, (k + 1) % 3] == faces[g, j]:
-                    sign = 1.0  # they run along their edge in opposite directions
+                    sign = 1.0  # coherently oriented: the faces traverse their edge in opposite directions
         ax, ay, az = normals[f]
         bx, by, bz = normals[g]
         cosine = sign * (ax * bx + ay * by + az * bz)
         cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        # The arc tangent keeps the digits of small angles that the arc cosine loses.
+        # For small angles the arc tangent is accurate, the arc cosine is not.
         angles[p] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), cosine)
         if (ax == 0 and ay == 0 and az == 0) or (bx == 0 and by == 0 and bz == 0):
             angles[p] = np.nan

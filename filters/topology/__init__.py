@@ -1,4 +1,4 @@
-"""Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
+"""Connectivity of triangle lists: edges, one-rings, stars, vertex faces, adjacent faces, flips, boundary loops, components."""
 
 from .boundary import BoundaryLoop, BrokenBorder, Submesh, boundary_loops, connected_components, is_seam, root_of, submesh_around
 from .incidence import (

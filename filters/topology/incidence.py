@@ -1,9 +1,9 @@
-"""What meets at each vertex and at each edge of a triangle list, as compressed rows, in time linear in the mesh; edge flips.
+"""Incidence of vertices, edges and faces of a triangle list, as compressed sparse rows in linear time; edge flips.
 
 A face that names a vertex twice is not proper: it has no edges and references no vertex, so the faces on both sides of a
-collapsed triangle share an edge. An edge with exactly one face is a border edge, one with more than two is non-manifold.
+collapsed triangle share an edge. A border edge has exactly one face, a non-manifold edge has more than two.
 
-Flips work in two tables: the vertices of every face, and the faces across its edges; edge k goes from corner k to the next.
+Flips update two tables: the vertices of each face, and the faces across its edges; edge k goes from corner k to the next.
 """
 
 from collections.abc import Callable
@@ -16,15 +16,15 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
-#: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
-#: "free": they are vertices like any other, and the border shrinks.
+#: "fixed": border vertices stay. "along": border vertices have only neighbours on the border, which is smoothed as a curve.
+#: "free": border vertices are treated like all others, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 #: More faces than an edge can have.
 _ANY = 1 << 31
-# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+# Indices are unsigned: for signed indices the compiler adds a test for negative ones.
 _U: Any = np.uint64
-# Up to this, an insertion sort is faster; above, its quadratic time would show at the hub of a large fan.
+# Up to this length insertion sort is faster; above, its quadratic time would be slow at the hub of a large fan.
 _SHORT = 48
 
 
@@ -34,7 +34,7 @@ def edges(faces: Ints) -> Ints:
 
 
 def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
-    """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
+    """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each edge."""
     pairs, counts = listed_edges(*faces_by_edge(faces))
     return pairs, counts.ravel()
 
@@ -50,16 +50,16 @@ def non_manifold_edges(faces: Ints) -> Ints:
 
 
 def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
-    """(k, 2) the pairs of faces that share an edge with exactly two faces, lower face first; and (k, 2) that edge.
+    """(k, 2) the two faces of each edge with exactly two faces, lower face first; and (k, 2) the edges.
 
-    The rows are in ascending order of the edge. Two faces that share two edges appear twice.
+    The rows are in ascending order of the edges. Two faces that share two edges appear twice.
     """
     shared, pairs = listed_edges(*faces_by_edge(faces), 2, 2, columns=2)
     return pairs, shared
 
 
 def border_vertices(faces: Ints, n_vertices: int) -> Bools:
-    """(n,) whether a vertex lies on a border edge."""
+    """(n,) whether the vertex lies on a border edge."""
     return mask_of(border_edges(faces), n_vertices)
 
 
@@ -75,17 +75,17 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
+    """(n + 1,) offsets and keys of the face edges at their lower vertex; a key is (higher vertex) * 2^32 + face, ascending."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 
 
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
-    """(e, 2) every edge with `least` to `most` faces once, lower vertex first, rows ascending; and its faces.
+    """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and their faces.
 
-    In one column (e, 1) their number, in two columns (e, 2) the first and the last of them.
+    One column holds the number of faces at each edge, two columns hold its first and last face.
     """
-    # The system gives memory only to the part that is written.
+    # The system allocates only the pages that are written.
     pairs, more = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)
     count = _list_edges(offsets, keys, least, most, pairs, more)
     return pairs[:count], more[:count]
@@ -135,11 +135,11 @@ def _list_edges(offsets: Longs, keys: Longs, least: int, most: int, pairs: Ints,
 
 
 class OneRings(NamedTuple):
-    """The neighbours of every vertex: those of vertex i are ``neighbours[offsets[i]:offsets[i + 1]]``, ascending, each once."""
+    """The neighbours of each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, ascending, each once."""
 
     offsets: Longs  # (n + 1,)
     neighbours: Ints  # (2 e,) for e edges
-    face_counts: Ints  # (2 e,) how many faces the edge to that neighbour has: 1 on a border, more than 2 if non-manifold
+    face_counts: Ints  # (2 e,) number of faces at the edge to each neighbour: 1 on a border, more than 2 if non-manifold
 
     def along_border(self) -> "OneRings":
         """Neighbours along border edges; empty on a closed mesh."""
@@ -149,7 +149,7 @@ class OneRings(NamedTuple):
 
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
-    """The one-ring of every vertex, and the number of faces at each of its edges; (e, 2) edges count as faces."""
+    """Returns the one-ring of every vertex, with the number of faces at each edge; with (e, 2) edges, each edge counts as one."""
     if faces_or_edges.shape[1] == 2:
         pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
@@ -201,22 +201,22 @@ def _compress(offsets: Longs, ends: Ints, ring_offsets: Longs, neighbours: Ints,
 
 
 class VertexFaces(NamedTuple):
-    """The faces at every vertex i: ``rows[offsets[i]:offsets[i + 1]]``, in ascending order of the faces."""
+    """The faces at each vertex i: ``rows[offsets[i]:offsets[i + 1]]``, in ascending order of the faces."""
 
     offsets: Longs  # (n + 1,)
-    rows: Ints  # (3 m, 3); face f with the vertices i, a, b in this cyclic order has the row (f, a, b) at vertex i
+    rows: Ints  # (3 m, 3); a face f = (i, a, b), up to rotation, has the row (f, a, b) at vertex i
 
 
 def vertex_faces(faces: Ints, n_vertices: int) -> VertexFaces:
-    """The faces at every vertex; a face that names a vertex twice is left out."""
+    """Returns the proper faces at every vertex."""
     offsets, entries = _faces_by_vertex(faces, n_vertices, 3)
     return VertexFaces(offsets // 3, entries.reshape(-1, 3))
 
 
 def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
-    """`vertex_faces` without the numbers of the faces: (n + 1,) offsets, and the (6 m,) other vertices at every vertex.
+    """Returns `vertex_faces` without the face numbers: (n + 1,) offsets and (6 m,) ends.
 
-    Those of vertex i are the pairs in ``ends[offsets[i]:offsets[i + 1]]``: a face (i, a, b) has the two entries a, b.
+    The ends of vertex i are ``ends[offsets[i]:offsets[i + 1]]``: a face (i, a, b) has the two entries a, b.
     """
     return _faces_by_vertex(faces, n_vertices, 2)
 
@@ -224,13 +224,13 @@ def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
 def _listed_by_vertex(
     faces: Ints, n_vertices: int, count: Callable[[Ints, Longs], None], fill: Callable[[Ints, Longs, Any], None], kind: Any
 ) -> tuple[Longs, Any]:
-    """(n + 1,) int64 offsets, and one list of entries for every vertex.
+    """Returns (n + 1,) int64 offsets, and the entries of all vertices in one array.
 
-    `count` adds the number of entries of vertex i to ``offsets[i + 2]``, so that their sums tell where they begin at
-    ``offsets[i + 1]``. `fill` writes an entry there and increases that, so that in the end they begin at ``offsets[i]``.
+    `count` adds the number of entries of vertex i to ``offsets[i + 2]``; their cumulative sums are the starts ``offsets[i + 1]``.
+    `fill` writes each entry at ``offsets[i + 1]`` and increases it, so that in the end they start at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
-    # Large arrays come from numpy, never from a kernel: numpy asks the system for large pages, which makes them twice as fast.
+    # numpy allocates large arrays, never a kernel: numpy requests huge pages, which are twice as fast.
     offsets = np.zeros(n_vertices + 2, dtype=np.int64)
     count(triangles, offsets)
     np.cumsum(offsets, out=offsets)
@@ -243,7 +243,7 @@ def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, I
     return _listed_by_vertex(faces, n_vertices, partial(_count_faces, width), partial(_fill_faces, width), np.int32)
 
 
-# Of each face the `width` entries are the 2 other vertices, or 3 with its own number before.
+# A face has `width` entries at each of its vertices: the other two vertices, for width 3 after the face number.
 @compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
@@ -270,7 +270,7 @@ def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
 
 @compiled
 def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
-    """Sort ``values[start:stop]`` in place: by insertion if it is short, else by merging."""
+    """Sorts ``values[start:stop]`` in place: short slices by insertion sort, others by merge sort."""
     if stop - start > _SHORT:
         part = values[start:stop]
         part[:] = part[np.argsort(part, kind="mergesort")]
@@ -286,7 +286,7 @@ def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
 
 @compiled
 def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
-    """The index of j in ``neighbours[start:stop]``, which is ascending and contains it."""
+    """The index of j in `neighbours` by binary search in ``neighbours[start:stop]``, which is ascending and contains j."""
     while stop - start > 1:
         middle = (start + stop) // 2
         if neighbours[middle] <= j:
@@ -297,9 +297,9 @@ def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
 
 
 def faces_across(faces: Ints) -> Ints:
-    """(m, 3) int32 the face across edge k of every face, the edge from its corner k to the next.
+    """(m, 3) int32 the face across edge k of each face; edge k goes from corner k to the next.
 
-    -1 where the edge has other than two faces, and where its two faces are not coherently oriented.
+    -1 if the edge does not have exactly two faces, or if the two faces are not coherently oriented.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     pairs, shared = face_adjacency(triangles)
@@ -322,7 +322,7 @@ def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
 
 @compiled
 def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
-    """Which edge of face f goes from u to v; -1 if none does."""
+    """The edge of face f that goes from u to v, 0 to 2; -1 if none does."""
     for k in range(3):
         if faces[f, k] == u and faces[f, (k + 1) % 3] == v:
             return k
@@ -331,7 +331,7 @@ def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
 
 @compiled
 def corner_at(faces: Ints, f: int, vertex: int) -> int:
-    """The corner, 0 to 2, of face f at one of its vertices."""
+    """The corner, 0 to 2, of face f at its vertex `vertex`."""
     if faces[f, 0] == vertex:
         return 0
     return 1 if faces[f, 1] == vertex else 2
@@ -339,7 +339,7 @@ def corner_at(faces: Ints, f: int, vertex: int) -> int:
 
 @compiled
 def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, int]:
-    """The ends a, b of edge k of face f = (a, b, c), c, and the vertex d of the face (b, a, d) across, which must exist."""
+    """(a, b, c, d) for edge k from a to b of face f = (a, b, c) and the face (b, a, d) across, which must exist."""
     a, b, c = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
     g = across[f, k]
     return a, b, c, faces[g, (corner_at(faces, g, b) + 2) % 3]
@@ -347,9 +347,9 @@ def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, i
 
 @compiled
 def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
-    """The number of faces in the fan round corner k of face f; -1 if one of them has the vertex `other`.
+    """The number of faces in the fan round corner k of face f; -1 if one of these faces contains the vertex `other`.
 
-    The walk goes across the edges in `across`: both ways to a border, or once round.
+    The walk follows `across` once round the vertex, or in both directions to the border.
     """
     vertex = faces[f, k]
     size, g, closed = 0, f, False
@@ -368,7 +368,7 @@ def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
 
 @compiled
 def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
-    """Replace the edge of a `diamond` by its other diagonal: f and the face across become (a, d, c) and (d, b, c)."""
+    """Replaces the edge of a `diamond` by the other diagonal: f and the face across become (a, d, c) and (d, b, c)."""
     a, b, c, d = diamond(faces, across, f, k)
     g = across[f, k]
     j = corner_at(faces, g, b)
@@ -384,6 +384,6 @@ def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
 
 @compiled
 def _relink(faces: Ints, across: Ints, f: int, a: int, b: int, now: int) -> None:
-    """Enter face `now` across the edge from b to a of face f; nothing to do for f = -1."""
+    """Sets the face across the edge from b to a of face f to `now`; does nothing if f is -1."""
     if f >= 0:
         across[f, _edge_from(faces, f, b, a)] = now

@@ -1,7 +1,7 @@
-"""The star of a vertex: its triangles in their order round it.
+"""Stars of vertices: the neighbours of each vertex in their order round it.
 
-At a manifold vertex they form a closed ring, or on the border a fan from one border edge to the other. A kernel that needs both
-triangles of every edge then visits each neighbour once.
+At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
+order, a kernel that needs both triangles of each edge visits each neighbour once. Ends and pairs: see `ring_ends`.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -15,29 +15,29 @@ from ..mesh import Ints, Longs
 from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
-# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+# Indices are unsigned: for signed indices the compiler adds a test for negative ones.
 _U: Any = np.uint64
-#: the kinds of star: no triangle; a closed ring; a fan from border to border; anything else
+#: The kinds of stars: no triangle; a closed ring; a fan from border to border; anything else.
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
-# Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
+# Ordering the triangles round a vertex may take quadratic time: a star with more triangles than this counts as irregular.
 _LARGEST_WALK = 64
-# Vertices of a block, which share a table.
+# Vertices in a block; a block shares one hash table.
 _BLOCK = 1024
 _SLOT_BITS = 10
-#: of a table in which kernels look vertices up, see `slot_of`
+#: The size of the hash table in which kernels look up vertices, see `slot_of`.
 SLOTS = 1 << _SLOT_BITS
-# What the bits of an entry of the table of `_walk_round` are, from the lowest on: a slot, a tag, a place, a vertex.
+# The fields of a table entry of `_walk_round`, from the lowest bit on: slot, tag, place, vertex.
 _TAG, _PLACE, _VERTEX = _U(_SLOT_BITS), _U(20), _U(32)
 _SLOTS, _TAGS, _PLACES = _U(SLOTS - 1), _U((_BLOCK - 1) << _SLOT_BITS), _U(2 * _LARGEST_WALK - 1)
 _NOTHING = _U(2**64 - 1)
 
 
 class Stars(NamedTuple):
-    """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
+    """The neighbours of each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that. Open: from border to border, the
-    lower end first. Irregular (non-manifold edges, several fans, more than 64 triangles): ascending. Low and high are so by the
-    names of the vertices; neither the order of the faces nor their orientation matters.
+    A closed star starts at the lowest neighbour and goes on to the lower of the two next to it. An open star goes from border to
+    border, starting at the lower end. An irregular star (non-manifold edges, several fans, more than 64 triangles) is ascending.
+    Lower means the lower vertex name, see `stars`; the order and the orientation of the faces do not matter.
     """
 
     kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
@@ -45,7 +45,7 @@ class Stars(NamedTuple):
     neighbours: Ints  # (2 e,)
     irregular: Ints  # the vertices with an irregular star
     end_offsets: Longs
-    # for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from ``end_offsets[k]`` on
+    # from ``end_offsets[k]`` on, for each face of vertex ``irregular[k]`` the indices in `neighbours` of the other two vertices
     ends: Longs
 
     def face_counts(self) -> Ints:
@@ -64,27 +64,27 @@ class Stars(NamedTuple):
         entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1, places[faces == 1]])
         owners = np.searchsorted(self.offsets, entries, side="right") - 1
         pairs = np.column_stack([owners, self.neighbours[entries]]).astype(np.int32)
-        return np.asarray(pairs[pairs[:, 0] < pairs[:, 1]])  # each is found from both of its ends
+        return np.asarray(pairs[pairs[:, 0] < pairs[:, 1]])  # `pairs` has each edge in both directions
 
 
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
-    """The star of every vertex, empty at vertices that no face uses.
+    """Returns the star of every vertex; it is empty at vertices that no face uses.
 
-    From the (n,) int32 names of the vertices, all different, follow each star's first vertex and direction; None for their
-    numbers. Vertices that are numbered anew and keep their names keep their stars.
+    The (n,) int32 names, all different, decide the first vertex and the direction of each star; None takes the vertex indices.
+    A mesh with renumbered vertices and the same names has the same stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
-    del faces  # frees the memory for the arrays below, if the caller holds no reference
+    del faces  # frees memory for the arrays below, unless the caller holds a reference
     walks = np.empty(len(ring) // 2, dtype=np.int32)
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     with threads_for(n_vertices):
         order_ends(ring_offsets, ring, names, kinds, walks)
         if kinds.max(initial=NO_STAR) <= CLOSED:
-            ring_offsets >>= 1  # halves: where the walks stand
+            ring_offsets >>= 1  # the walk of a star starts at half its offset in `ring`
             nothing = np.empty(0, dtype=np.int32)
             return Stars(kinds, ring_offsets, walks, nothing, np.zeros(1, dtype=np.int64), nothing.astype(np.int64))
         take_walks(ring_offsets, ring, kinds, walks)
-        del walks  # before memory for the neighbours is taken
+        del walks  # frees memory for the neighbours
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         sizes = offsets[1:]
@@ -101,7 +101,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 @compiled(parallel=True)
 def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
-    """Write the closed stars from `walks` among the ends, where their pairs begin."""
+    """Copies each closed star from `walks` to `ends`, to the start of its pairs."""
     for i in prange(kinds.shape[0]):
         if kinds[i] == CLOSED:
             start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
@@ -111,7 +111,7 @@ def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> Non
 
 @compiled(parallel=True)
 def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
-    """The stars of all vertices, from the ends that `order_ends` and `take_walks` have left."""
+    """Writes the stars of all vertices to `neighbours`, from the ends that `order_ends` and `take_walks` have ordered."""
     for i in prange(kinds.shape[0]):
         start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
         if kinds[i] == CLOSED:
@@ -133,7 +133,7 @@ def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None
 def find_ends(
     vertices: Ints, end_offsets: Longs, ends: Ints, starts: Longs, neighbours: Ints, place_offsets: Longs, places: Longs
 ) -> None:
-    """The index of every end of the listed vertices in `neighbours`, where their stars begin at `starts`."""
+    """Writes to `places` the index in `neighbours` of each end of the listed vertices, whose stars start at `starts`."""
     for k in range(vertices.shape[0]):
         start, stop = end_offsets[vertices[k]], end_offsets[vertices[k] + 1]
         ring = distinct_ends(ends, start, stop)
@@ -151,7 +151,7 @@ def _name(names: Ints | None, i: int) -> int:
 
 @compiled(parallel=True)
 def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds, walks: Ints) -> None:
-    """Write the kinds of the stars, closed ones to `walks` from half of where their pairs begin; order pairs of open ones."""
+    """Writes the kinds of all stars, writes closed stars to `walks` at half their offset, and orders the pairs of open stars."""
     n = kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         table = np.full(SLOTS, _NOTHING, dtype=np.uint64)
@@ -170,20 +170,20 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds,
 
 @compiled
 def slot_of(vertex: int) -> int:
-    """The place of a vertex in a small table, far from that of most of its neighbours however they are numbered."""
+    """The hash of a vertex, from 0 to `SLOTS` - 1; it spreads the neighbours of a vertex for any numbering."""
     slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
     return slot
 
 
 @compiled
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
-    """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; it is written to `walks`.
+    """Writes the pairs from `start` to `stop` to `walks` as a walk ab, bc, cd ... za once round; False if it finds no such walk.
 
-    At the slot of each vertex `table` has the vertex, where its pair is, the tag of this star, and the slot of the next vertex,
-    so that no search is needed. Where triangles turn different ways or two vertices share a slot the walk is given up.
+    `table` is a hash table, so the walk needs no search: an entry has the vertex, the place of its pair, the tag of this star and
+    the slot of the next vertex. The walk fails if triangles are oriented differently or two vertices share a slot.
     """
     first, last = _U(start), _U(stop)
-    begin, before = ends[first], ends[first]  # the vertex of the lowest name, and the one before it
+    begin, before = ends[first], ends[first]  # the vertex with the lowest name, and the vertex before it
     least, lowest = _name(names, begin), _name(names, ends[first + _U(1)])
     tagged, k = _U(tag) << _TAG, first
     while k < last:
@@ -195,7 +195,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
         k += _U(2)
     at, size, wrong = first // _U(2), (last - first) // _U(2), _U(0)
     slot = slot_of(begin)
-    # Towards the lower of the two beside it: from the first place on, or from the last one back.
+    # The walk goes towards the lower neighbour of `begin`: it fills `walks` forwards, or backwards from the last place.
     second = ends[first + (table[slot] >> _PLACE & _PLACES) + _U(1)]
     forward = _name(names, second) <= _name(names, before)
     place, way = (np.int64(at), 1) if forward else (np.int64(at + size), -1)
@@ -205,17 +205,17 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
         wrong |= ((entry >> _VERTEX) ^ _U(vertex)) | ((entry ^ tagged) & _TAGS) | _U((k > _U(0)) & (vertex == begin))
         if k > _U(0):
             walks[place] = vertex
-        # An entry of another vertex may lead beyond the last pair.
+        # The entry of another star may point beyond the last pair.
         vertex, slot = ends[min(first + (entry >> _PLACE & _PLACES), last - _U(2)) + _U(1)], entry & _SLOTS
         place += way
         k += _U(1)
-    found: bool = (vertex == begin) & (wrong == _U(0)) & (size > _U(1))
-    return found
+    is_walk: bool = (vertex == begin) & (wrong == _U(0)) & (size > _U(1))
+    return is_walk
 
 
 @compiled
 def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
-    """Write pairs ab, bc, cd ... za from `start` on to `walks`, in the order that `Stars` states."""
+    """Writes the pairs ab, bc, cd ... za from `start` on to `walks`, in the order of a closed star (`Stars`)."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
     for m in range(size):
@@ -227,7 +227,7 @@ def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: In
 
 @compiled
 def _chain(ends: Ints, start: int, stop: int) -> int:
-    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star."""
+    """Orders the pairs from `start` to `stop` in place as a walk ab, bc, cd ...; returns the kind of the star."""
     reversed_once = False
     k = start + 2
     while k < stop:
@@ -244,7 +244,7 @@ def _chain(ends: Ints, start: int, stop: int) -> int:
                 ends[k], ends[k + 1] = b, a
             k += 2
         elif not reversed_once:
-            # The walk has reached a border: reverse it, and extend it at its other end.
+            # The walk has reached a border: reverse it and continue at the other end.
             for j in range((k - start) // 2):
                 ends[start + j], ends[k - 1 - j] = ends[k - 1 - j], ends[start + j]
             reversed_once = True
@@ -264,7 +264,7 @@ def _chain(ends: Ints, start: int, stop: int) -> int:
 
 @compiled
 def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Longs) -> None:
-    """Write the number of neighbours of the vertices with an irregular star."""
+    """Writes the number of neighbours of each vertex with an irregular star."""
     for i in irregular:
         sizes[i] = distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
 

@@ -1,9 +1,9 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
-`MeshSet` is a drop-in for pymeshlab's with more filters, `Recipe` a chain of filters as an object, `run` cleans a file in its own
-process and gives a `RunResult`; every error is a `PymeshfairError`, `errors` has the kinds. `search` finds filters by words,
-and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. What else pymeshlab offers is here too, so
-``import pymeshfair as ml`` serves a program that had ``import pymeshlab as ml``. Importing this package alone loads neither.
+`MeshSet` replaces pymeshlab's class and has more filters. `Recipe` is a chain of filters as an object. `run` cleans a file in a
+separate process and returns a `RunResult`. Every error is a `PymeshfairError`, with the kinds in `errors`. `search` finds filters
+by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. It also has all other names of pymeshlab, so
+``import pymeshfair as ml`` can replace ``import pymeshlab as ml``. The import itself loads neither pymeshlab nor numba.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ __all__ = [
 
 
 class _Public(list[str]):
-    """The public names; ``help(pymeshfair)`` leaves out the classes that have a method for each of 300 filters."""
+    """The public names; ``help(pymeshfair)`` leaves out the two classes with a method for each of 300 filters."""
 
     def __contains__(self, name: object) -> bool:
         return name not in ("MeshSet", "Recipe") and super().__contains__(name)
@@ -81,7 +81,7 @@ def _from_elsewhere(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-if not TYPE_CHECKING:  # or no name would be wrong
+if not TYPE_CHECKING:  # with it a type checker would accept any name
     __getattr__ = _from_elsewhere
 
 

@@ -1,4 +1,4 @@
-"""Calls the function of a plugin's filter on a layer: what it needs is checked, lengths are in mesh units, its edit fits."""
+"""Calls a plugin's filter on a layer: checks its requirements, converts lengths to mesh units, checks its edit."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -23,25 +23,25 @@ _NEEDS: dict[MeshElement, tuple[str, Callable[[Layer], bool]]] = {
 
 
 class StoppedError(PymeshfairError):
-    """The receiver of progress raised an exception, which is the cause of this one: the work is to stop."""
+    """The progress callback raised an exception, the cause of this one, to stop the work."""
 
 
 def check_needs(declared: Filter, layer: Layer) -> None:
-    """Refuse a layer that lacks something that a filter requires."""
+    """Raises `MeshError` if the layer lacks something that the filter requires."""
     lacking = [words for element, (words, is_there) in _NEEDS.items() if declared.requires & element and not is_there(layer)]
     if lacking:
         raise MeshError(f"{declared.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")
 
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Declared values with lengths in mesh units on this layer."""
+    """Returns the values with lengths in mesh units on this layer."""
 
     def mesh_units(name: str, length: Length) -> float:
         def mean_edge() -> float:
             parameter = declared.parameter(name)
             if not (isinstance(parameter, Percentage) and parameter.of_edges and len(layer.edges)):
                 return layer.mean_edge
-            from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
+            from .filters.geometry import mean_edge_length  # compiled code, loaded only if needed
 
             return mean_edge_length(layer.vertices, layer.edges)
 
@@ -51,10 +51,10 @@ def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[
 
 
 def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
-    """The edit that a plugin's filter makes of a layer; `inputs` are all its values, of `resolved`.
+    """Calls a plugin's filter and returns its edit; `inputs` are all parameter values, from `resolved`.
 
-    Raises `StoppedError` if `on_progress`, which is given the share of the work that is done, raised the exception that is its
-    cause, whatever the function raised, or `MeshError` if its edit does not fit the layer.
+    `on_progress` receives the completed share of the work. If it raises an exception that leaves the filter, `call` raises
+    `StoppedError` with this cause. Other exceptions of the filter pass; `MeshError` if its edit does not fit the layer.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []
@@ -78,5 +78,5 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 
 
 def reason(error: Exception) -> str:
-    """The cause of an error, as the end of a sentence; an error of another package is named by its class."""
+    """The message of an error; for an error of another package with its class name."""
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"

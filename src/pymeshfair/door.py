@@ -1,7 +1,7 @@
-"""The door to MeshLab: meshes go in as binary PLY files, MeshLab's filters work on them, arrays come back.
+"""The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-What MeshLab does not hold waits outside, and comes back to the elements that are still the same: every vertex and every face
-carries its number through the filters as a custom attribute. A filter that makes a new mesh loses the numbers.
+MeshLab cannot hold all attributes. The others stay outside and return to the elements that still exist: every vertex and face
+carries its number through the filters in a custom attribute. A filter that makes a new mesh loses the numbers.
 """
 
 import re
@@ -32,15 +32,15 @@ from .scripts.script import Step
 from .write_back.attributes import SAVED_AS, saved_attributes
 from .write_back.workbench import attributes_of, read_array, wedges_of
 
-_ID = "pymeshfair_id"  # the custom attribute by which elements are known again, from 1; 0 is a new one
-_TEXTURE = "pymeshfair_texture"  # the one that takes the numbers of textures, which pymeshlab does not tell otherwise
-#: MeshLab's marks in a property called flags: selected, and edges within a polygon
+_ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
+_TEXTURE = "pymeshfair_texture"  # the custom attribute for texture numbers, which pymeshlab does not give otherwise
+#: bits of MeshLab's PLY property "flags": selected, and the three edges of a face if inside a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
-    """A mesh set of MeshLab's with layers that have the ids of the caller; `lost` says what MeshLab did not take of them."""
+    """A MeshLab mesh set whose layers have the caller's ids; `lost` has messages about data that MeshLab did not take."""
 
     def __init__(
         self,
@@ -51,10 +51,10 @@ class Door:
         *,
         verbose: bool = True,
     ) -> None:
-        """Bring layers in; `folder` takes the files that are handed over, and is kept as long as the meshes are."""
+        """Sends the layers to MeshLab; `folder` holds the exchanged files and must exist as long as the meshes."""
         self._folder, self._meshset, self.lost = folder, BASE(verbose), list[str]()
         self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
-        self._ids: dict[int, int] = {}  # MeshLab's id by ours
+        self._ids: dict[int, int] = {}  # MeshLab's id by the caller's id
         self._sent = meshes
         self._painted = self._with_normals = False
         for number, mesh in meshes.items():
@@ -68,18 +68,18 @@ class Door:
             BASE.set_current_mesh(self._meshset, self._ids[current])
 
     def load(self, path: Path) -> tuple[MeshData, int]:
-        """The mesh of a file, which MeshLab reads itself, and how many meshes the file has."""
+        """Lets MeshLab read a file; returns its current mesh and the number of meshes in the file."""
         options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
         BASE.load_new_mesh(self._meshset, str(path), **options)
         return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply a step of one of MeshLab's filters; all values that it ran with, lengths in mesh units; what it reports."""
+        """Applies a step of a MeshLab filter; returns all its parameter values, lengths in mesh units, and its report."""
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {inside: number for number, inside in self._ids.items()})
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
-            self._bring_custom(name)
+            self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
@@ -87,31 +87,32 @@ class Door:
         return parameters, self._filters.apply(step.filter, values)
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
-        """The ids of the layers inside, new ones counted from `next_id`; the current one; which of them are visible."""
-        ours = {inside: number for number, inside in self._ids.items()}
+        """The ids of MeshLab's layers, new ones counted from `next_id`; the id of the current layer; which are visible."""
+        numbers = {inside: number for number, inside in self._ids.items()}
         self._ids, visible = {}, {}
         for mesh in BASE.__iter__(self._meshset):
-            number = ours.get(mesh.id())
+            number = numbers.get(mesh.id())
             if number is None:
                 number, next_id = next_id, next_id + 1
             self._ids[number] = mesh.id()
             visible[number] = bool(mesh.is_visible())
-        there = BASE.current_mesh_id(self._meshset) if self._ids else None
-        return list(self._ids), next((n for n, inside in self._ids.items() if inside == there), None), visible
+        current = BASE.current_mesh_id(self._meshset) if self._ids else None
+        return list(self._ids), next((n for n, inside in self._ids.items() if inside == current), None), visible
 
     def fetch(self, number: int) -> MeshData:
-        """The mesh of a layer inside as it is now."""
+        """Reads the present mesh of a layer from MeshLab."""
         mesh = BASE.mesh(self._meshset, self._ids[number])
-        here = BASE.current_mesh_id(self._meshset)
+        current = BASE.current_mesh_id(self._meshset)
         BASE.set_current_mesh(self._meshset, mesh.id())
         try:
             return self._read(mesh, self._sent.get(number))
         finally:
-            BASE.set_current_mesh(self._meshset, here)
+            BASE.set_current_mesh(self._meshset, current)
 
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
+        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, numbers, matrix."""
         folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
@@ -123,10 +124,10 @@ class Door:
         inside.set_label(mesh.label)
         inside.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
         if len(mesh.faces):
-            numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader leaves out the others
+            numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader drops improper faces
             inside.add_face_custom_scalar_attribute(numbers, _ID)
         if mesh.vertex_selection.any() or mesh.face_selection.any():
-            for _ in range(2):  # filters ask for the number of selected elements, which reading a file does not set
+            for _ in range(2):  # inverting twice sets the number of selected elements, which filters need and readers do not set
                 BASE.apply_filter(self._meshset, "apply_selection_inverse", invfaces=True, invverts=True)
         if mesh.matrix is not None:
             BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
@@ -135,10 +136,10 @@ class Door:
         self._folder.mkdir(parents=True, exist_ok=True)
         return Path(tempfile.mkdtemp(dir=self._folder))
 
-    def _bring_custom(self, name: str) -> None:
-        """Give the current layer the custom attribute of that name, if the mesh outside has one: an expression may name it."""
-        here = BASE.current_mesh_id(self._meshset)
-        sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == here), None)
+    def _send_custom(self, name: str) -> None:
+        """Sends a custom attribute to the current layer, if the original mesh has it: an expression may name it."""
+        current = BASE.current_mesh_id(self._meshset)
+        sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == current), None)
         if sent is None:
             return
         inside = BASE.current_mesh(self._meshset)
@@ -146,17 +147,18 @@ class Door:
             values = _custom(sent, element).get(name)
             ids = None if values is None else _numbers(inside, element, len(values))
             if values is not None and ids is not None and _attribute(inside, element, name) is None:
-                brought = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
-                getattr(inside, f"add_{element}_custom_scalar_attribute")(brought, name)
+                scalars = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
+                getattr(inside, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
-        """The current layer, as far as lengths are measured on it."""
+        """The elements of the current layer on which lengths are measured."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
     # ---------------------------------------------------------------------------------------------------------------- out
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
+        """Reads a MeshLab mesh; elements of `sent` that still exist get their other attributes back."""
         vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices = None if sent is None else _numbers(mesh, "vertex", len(sent.vertices))
         if of_vertices is None:
@@ -170,7 +172,7 @@ class Door:
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
-        # those of a new curve are sums over the faces that a section cuts
+        # skip the normals of a new curve: they are sums over the faces that a section cuts
         of_points = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or of_points:
             normals = read_array(mesh, "vertex_normals")
@@ -178,17 +180,17 @@ class Door:
                 vertex["normals"] = _unit(normals)
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)
-        own = before.vertex_attributes.get("texture_coordinates")
-        if mesh.has_vertex_tex_coord() and (own is not None or wedges is None):
-            vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), own, of_vertices)
+        coordinates = before.vertex_attributes.get("texture_coordinates")
+        if mesh.has_vertex_tex_coord() and (coordinates is not None or wedges is None):
+            vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh, textures)
         if len(faces):
             face |= attributes_of(mesh, "face")
             if wedges is not None:
-                own = before.face_attributes.get("wedge_texture_coordinates")
-                face["wedge_texture_coordinates"] = _as_sent(wedges, own, of_faces)
+                coordinates = before.face_attributes.get("wedge_texture_coordinates")
+                face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)
                 if textures:
                     face["texture"] = self._texture_numbers(mesh, len(faces))
         for element, attributes in (("vertex", vertex), ("face", face)):
@@ -213,17 +215,17 @@ class Door:
         )
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
-        """The textures of a layer on which a step may have painted."""
+        """Reads the textures of a layer, which a step may have painted on."""
         names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
         textures, folder = [], self._new_folder()
         for number, (name, image) in enumerate(mesh.textures().items()):
-            meant = names[name].name if name in names else name
-            if Path(meant).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
-                meant += ".png"
-            path = folder / f"texture-{number}{Path(meant).suffix}"
+            original = names[name].name if name in names else name
+            if Path(original).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
+                original += ".png"
+            path = folder / f"texture-{number}{Path(original).suffix}"
             if image.width() and image.height():
                 image.save(str(path))
-            textures.append(Texture(meant, path if path.exists() else None))
+            textures.append(Texture(original, path if path.exists() else None))
         return tuple(textures)
 
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
@@ -234,28 +236,28 @@ class Door:
 
 
 def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
-    """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
+    """The values with layer ids replaced; an unknown id stays, and MeshLab refuses it."""
     return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
 
 
 def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
-    """The custom attributes of a mesh by name: its own, and single numbers that its file has besides."""
+    """The scalar custom attributes of a mesh by name, also those that only its file holds."""
     attributes, standard = (
         (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
     )
-    own = {name: values.astype(np.float64) for name, values in attributes.items() if name not in standard and values.ndim == 1}
+    custom = {name: values.astype(np.float64) for name, values in attributes.items() if name not in standard and values.ndim == 1}
     ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
     document: Any = mesh.source.document if mesh.source is not None else None
     for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():
         of_elements = values.astype(np.float64)
         if ids is not None:
             of_elements = np.where(ids >= 0, of_elements[np.maximum(ids, 0)], 0.0)
-        own.setdefault(name, of_elements)
-    return own
+        custom.setdefault(name, of_elements)
+    return custom
 
 
 def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
-    """(n,) the numbers that elements went in with, -1 for new ones; None if the mesh has lost them or they are beyond `count`."""
+    """(n,) the original number of each element, -1 for new ones; None if the numbers are lost or reach `count`."""
     marks = _attribute(mesh, element, _ID)
     if marks is None:
         return None
@@ -273,14 +275,14 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 
 
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: Any) -> None:
-    """Take the number from faces that have other corners than the face of that number had."""
+    """Sets the number of a face to -1 if its corners differ from those of the original face."""
     old = np.flatnonzero(of_faces >= 0)
-    now, then = np.sort(of_vertices[faces[old]], axis=1), np.sort(before[of_faces[old]], axis=1)
-    of_faces[old[(now != then).any(axis=1)]] = -1
+    corners, originals = np.sort(of_vertices[faces[old]], axis=1), np.sort(before[of_faces[old]], axis=1)
+    of_faces[old[(corners != originals).any(axis=1)]] = -1
 
 
 def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray[Any]:
-    """Numbers as they went in where they came back in the single precision that MeshLab keeps them in."""
+    """Restores the double precision of values that MeshLab returned unchanged in single precision."""
     if sent is None or not len(sent):
         return values
     before = sent[np.maximum(ids, 0)]
@@ -290,7 +292,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
-    """The attributes that waited outside, by the numbers of the elements; 0 for new ones, which are parts of no polygon."""
+    """The attributes that MeshLab did not hold, by the numbers of the elements; 0 for new elements, -1 for their polygon."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in inside:
@@ -300,14 +302,14 @@ def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) ->
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
-    """The elements of the source that elements are, through both numberings; None if they are all there in their order."""
+    """The index of each element in the source file, composed of two numberings; None if all elements remain in their order."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
 
 
 def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Normals of length 1, as MeshLab leaves sums of face normals after some filters; 0 stays 0."""
+    """Scales normals to length 1, since some MeshLab filters leave sums of face normals; 0 stays 0."""
     lengths = np.linalg.norm(normals, axis=1)
     if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
@@ -324,7 +326,7 @@ def _suffix(texture: Texture) -> str:
 
 
 def _place_texture(texture: Texture, folder: Path, number: int) -> str:
-    """Put a texture beside the file that names it; the plain name that it has there."""
+    """Writes or links a texture image to the folder of the PLY file; returns its plain name there."""
     name = f"texture-{number}{_suffix(texture)}"
     target = folder / name
     if isinstance(texture.image, bytes):
@@ -332,13 +334,13 @@ def _place_texture(texture: Texture, folder: Path, number: int) -> str:
     elif texture.image is not None:
         try:
             target.symlink_to(texture.image.resolve())
-        except OSError:  # Windows, without the right to make links
+        except OSError:  # on Windows without the right to make links
             shutil.copyfile(texture.image, target)
     return name
 
 
 def _faux(mesh: MeshData) -> NDArray[np.int32]:
-    """(m,) MeshLab's marks of the edges that lie within polygons."""
+    """(m,) MeshLab's flags of the edges that lie inside polygons."""
     polygon = mesh.face_attributes["polygon"]
     marks = np.zeros(len(polygon), np.int32)
     inner = np.flatnonzero(polygon >= 0)
@@ -352,7 +354,7 @@ def _faux(mesh: MeshData) -> NDArray[np.int32]:
 
 
 def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
-    """What MeshLab reads of a mesh, without faces that have a vertex twice; selections and polygons as marks, see `_SELECTED`."""
+    """The part of a mesh that MeshLab reads, without improper faces; selections and polygons as flags, see `_SELECTED`."""
     of_vertices, of_faces, chosen = mesh.vertex_attributes, mesh.face_attributes, proper_faces(mesh.faces)
     vertex = {name: of_vertices[name] for name in ("normals", "texture_coordinates", "colors") if name in of_vertices}
     vertex |= {name: of_vertices[name].astype(np.float64) for name in ("scalars", "radii") if name in of_vertices}
@@ -376,7 +378,7 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """A file of a format that only MeshLab's own reader understands."""
+    """Reads a file of a format that only MeshLab's reader supports."""
     try:
         mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
     except MemoryError:

@@ -1,4 +1,4 @@
-"""The exceptions that pymeshfair and its filters raise; every message names what was wrong, where, and what to do next."""
+"""The exceptions of pymeshfair and its filters; every message says what is wrong, where, and what to do next."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .filters.checks import PymeshfairError as PymeshfairError
 
 
 def plain_name(name: str) -> str:
-    """A name without upper case, spaces and underscores, as names are compared."""
+    """A name in lower case without spaces, underscores and hyphens, for comparison."""
     return re.sub(r"[\s_-]+", "", name.casefold())
 
 
 def nearest(name: str, names: Iterable[str], *, cutoff: float = 0.6) -> str | None:
-    """The one of `names` that `name` was most likely meant to be; None if none is like it by the share `cutoff`."""
+    """The most similar of `names`; None if the similarity, from 0 to 1, of all of them is below `cutoff`."""
     import difflib
 
     plain = {plain_name(n): n for n in names}
@@ -30,7 +30,7 @@ def nearest(name: str, names: Iterable[str], *, cutoff: float = 0.6) -> str | No
 
 
 def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
-    """The end of a sentence about a wrong name: the one that was meant, or else all that there are."""
+    """The end of a message about a wrong name: the most similar name, or else `otherwise`, or all names."""
     near = nearest(name, names)
     return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
 
@@ -40,8 +40,8 @@ class UnknownNameError(PymeshfairError, LookupError):
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
-        self.suggestion = suggestion  # the nearest name that does exist, or None
-        self.cause = cause  # why a filter of that name is not there, if a plugin that declares it cannot be used; else None
+        self.suggestion = suggestion  # the most similar existing name, or None
+        self.cause = cause  # the plugins that failed to load, one of which may declare the filter; else None
 
 
 class ParameterError(PymeshfairError, ValueError):
@@ -49,23 +49,23 @@ class ParameterError(PymeshfairError, ValueError):
 
 
 class MissingExtraError(PymeshfairError, ImportError):
-    """A package is not installed that belongs to an extra of pymeshfair."""
+    """A package of an extra of pymeshfair is not installed."""
 
 
 def missing_package(package: str, extra: str) -> str:
-    """The message where a package is not installed that belongs to an extra of pymeshfair."""
+    """The message about a missing package of an extra."""
     return f"it needs the package {package}; install pymeshfair with its extra: python -m pip install 'pymeshfair[{extra}]'"
 
 
 def require_extra(extra: str, *packages: str) -> None:
-    """Check that the packages of an extra are installed, before any work is done."""
+    """Raises `MissingExtraError` if a package of an extra is not installed; call it before any work."""
     for package in packages:
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError(missing_package(package, extra))
 
 
 class DeclarationError(PymeshfairError, TypeError):
-    """A plugin declares a filter that contradicts itself; raised where the filter is defined, never while it runs."""
+    """The declaration of a filter contradicts itself; raised at the definition of the filter, never in a run."""
 
 
 class MeshError(PymeshfairError):
@@ -73,19 +73,19 @@ class MeshError(PymeshfairError):
 
 
 class RunError(PymeshfairError):
-    """A run did not come to its end; no output was written, and what was there before is untouched."""
+    """A run failed; it wrote no output, and existing files are untouched."""
 
 
 @dataclass(frozen=True)
 class Place:
     """A place in a run: a step of the recipe, or before or after the steps."""
 
-    doing: str  # the work in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``
+    doing: str  # the work: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``
     step: int | None = None  # the number of the step from 1, or None outside the steps
-    total: int | None = None  # how many steps the recipe has
-    filter: str | None = None  # MeshLab's name of the step's filter
+    total: int | None = None  # the number of steps of the recipe
+    filter: str | None = None  # the MeshLab name of the step's filter
     file: Path | None = None  # the recipe's file, if it has one
-    line: int | None = None  # where in that file the step begins
+    line: int | None = None  # the line of that file at which the step begins
 
     @classmethod
     def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:
@@ -99,7 +99,7 @@ class Place:
 
 
 class PlacedError(RunError):
-    """A failure with its place, the work that the run was doing, and the reason."""
+    """A failed run, with the place of the failure and the reason."""
 
     def __init__(self, place: Place, reason: str) -> None:
         super().__init__(f"{place}: {reason}")
@@ -107,17 +107,17 @@ class PlacedError(RunError):
 
 
 class StepFailedError(PlacedError):
-    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold."""
+    """A step failed: its filter refused the mesh or its parameters, or gave a result that cannot be written."""
 
 
 class WorkerDied(PlacedError):  # noqa: N818 - says what happened
-    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes."""
+    """The worker process ended without a report; some MeshLab filters crash on unusual meshes."""
 
     def __init__(
         self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
     ) -> None:
-        self.status = status  # its exit status, minus the signal's number if a signal ended it
-        self.details = details  # the end of what it wrote to stderr
+        self.status = status  # the exit status; for a signal its negative number
+        self.details = details  # the end of its stderr
         if self.signal is None:
             cause = f"ended with exit status {status}, which it never does by itself"
         elif self.signal == "SIGKILL":
@@ -139,18 +139,18 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
 
 
 class GuardBroken(RunError):  # noqa: N818 - says what happened
-    """The result does not keep within the limits that the recipe or the command set; it was not written."""
+    """The result exceeds limits of the recipe or the command; it was not written."""
 
     def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
         sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
         shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
         super().__init__(f"{sentences}{shown}. No output was written; --keep-broken writes it all the same")
-        self.breaches = tuple(breaches)  # each a `pymeshfair.running.guarding.Breach` by name
-        self.maps = tuple(maps)  # the files of the intervention map, which show where
+        self.breaches = tuple(breaches)  # the fields of each `pymeshfair.running.guarding.Breach` by name
+        self.maps = tuple(maps)  # the files of the intervention map, which show the places
 
 
 class RunTimeout(PlacedError):  # noqa: N818 - says what happened
-    """The run took longer than it was given, `seconds`, or without `is_given` than reading any file takes, and was stopped."""
+    """The run was stopped after `seconds`: its time limit if `is_given`, else the limit for reading a file of its size."""
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
         given = f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
@@ -160,7 +160,7 @@ class RunTimeout(PlacedError):  # noqa: N818 - says what happened
 
 
 class OutOfMemory(PlacedError):  # noqa: N818 - says what happened
-    """The run needed more memory than there is, or than the `limit` in bytes that it was given."""
+    """The run needed more memory than the machine has, or more than its `limit` in bytes."""
 
     def __init__(self, place: Place, limit: int | None) -> None:
         most = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
@@ -169,7 +169,7 @@ class OutOfMemory(PlacedError):  # noqa: N818 - says what happened
 
 
 class WorkerError(PlacedError):
-    """The worker raised an exception that is none of ours, a defect; `details` has its traceback and the end of its stderr."""
+    """The worker raised an exception of another class, a defect; `details` has the traceback and the end of stderr."""
 
     def __init__(self, place: Place, reason: str, details: str) -> None:
         super().__init__(place, f"{reason}; this is a defect of pymeshfair, please report it")

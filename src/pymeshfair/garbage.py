@@ -1,10 +1,10 @@
-"""Rare garbage collection: a process of ours lives for seconds, and most of its objects live to its end."""
+"""Rarer garbage collection, since most processes live for seconds, and most objects as long as their process."""
 
 import atexit
 import gc
 
 
 def collect_seldom() -> None:
-    """Look for garbage seldom, and not at all at the end: a tenth of a command's start each went into being looked through."""
+    """Collects garbage rarely, and not at exit: each of the two took a tenth of the start time of a command."""
     gc.set_threshold(50_000, 20, 50)
     atexit.register(gc.freeze)

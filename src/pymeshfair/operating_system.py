@@ -1,7 +1,7 @@
-"""Features of single operating systems: process groups, limits of memory, locks on files, folders that reach the disk.
+"""Features that depend on the operating system: process groups, memory limits, file locks, flushing folders to disk.
 
-`this_system` gives what this machine has. Everything works without POSIX, as on Windows, but with less protection, as each method
-says. The environment variable `FORCE_PORTABLE` takes POSIX away anywhere.
+`this_system` returns the features of this machine. Without POSIX, as on Windows, everything works with less protection, as each
+method says. The environment variable `FORCE_PORTABLE` switches POSIX features off on any system.
 """
 
 import contextlib
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-#: the environment variable that, set to anything, makes every process of a run do without POSIX
+#: the environment variable that switches POSIX features off in every process of a run, whatever its value
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
-_ALL = (1 << 63) - 1  # bytes; the largest limit that a system takes
+_ALL = (1 << 63) - 1  # bytes; the largest memory limit that a system accepts
 
 
 @dataclass(frozen=True)
@@ -27,22 +27,22 @@ class System:
 
     @property
     def stop_signals(self) -> tuple[str, ...]:
-        """The signals by which a user or the system asks a process to end."""
+        """The signals with which a user or the system asks a process to end."""
         return ("SIGINT", "SIGTERM", "SIGHUP") if self.is_posix else ("SIGINT", "SIGTERM")
 
     @property
     def can_fork(self) -> bool:
-        """Whether a process may be forked that has loaded libraries and started no threads; macOS has frameworks that may not."""
+        """Whether a process with loaded libraries and no threads may be forked; on macOS some frameworks forbid it."""
         return self.is_posix and sys.platform == "linux"
 
     def own_session(self) -> dict[str, Any]:
-        """Arguments of `subprocess.Popen` that keep Ctrl-C of the terminal from the child."""
+        """Returns arguments of `subprocess.Popen` that protect the child from Ctrl-C in the terminal."""
         if self.is_posix:
             return {"start_new_session": True}
         return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
-        """End a child that was started with `own_session`, and all that it has started; without POSIX the child alone."""
+        """Kills a child with `own_session` and all its descendants; without POSIX only the child."""
         if not self.is_posix:
             process.kill()
             return
@@ -50,20 +50,20 @@ class System:
             os.killpg(process.pid, signal.SIGKILL)
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
-        """Whether a child has ended, even if another process holds its pipes open; with POSIX it is left to be waited for."""
+        """Whether a child has ended, even if another process holds its pipes open; with POSIX it must still be waited for."""
         if not self.is_posix or not hasattr(os, "waitid"):  # macOS before Python 3.13
             return process.poll() is not None
         return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
     def limit_memory(self, most: int | None) -> None:
-        """Hold this process to so many bytes of memory from now on, and keep it from dumping core, as far as the system can."""
+        """Limits the memory of this process to `most` bytes and disables core dumps, if the system can."""
         if not self.is_posix:
             return
         import resource
 
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        # On Linux RLIMIT_DATA counts what is really the process's own; RLIMIT_AS also counts what is only reserved.
+        # On Linux RLIMIT_DATA counts the private memory of the process; RLIMIT_AS also counts reserved addresses.
         kind = resource.RLIMIT_DATA if Path("/proc/self/status").exists() else resource.RLIMIT_AS
         with contextlib.suppress(OSError, ValueError):
             hard = resource.getrlimit(kind)[1]
@@ -71,32 +71,32 @@ class System:
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
     def usable_memory(self) -> int | None:
-        """Bytes that a worker may take, so that a hostile file stops its own run alone; None where that is not known."""
+        """The bytes of memory that a worker may use, so that a hostile file only stops its own run; None if unknown."""
         try:
             total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         except (AttributeError, ValueError, OSError):
             return None
-        with contextlib.suppress(OSError, ValueError):  # of a container
+        with contextlib.suppress(OSError, ValueError):  # the limit of a container
             total = min(total, int(Path("/sys/fs/cgroup/memory.max").read_text()))
-        return int(0.8 * total)  # the rest is the system's
+        return int(0.8 * total)  # the rest is for the system
 
     def peak_memory(self) -> int | None:
-        """The most bytes of memory that this process has held since it last forgot; known on Linux alone."""
+        """The peak memory of this process in bytes since `forget_peak_memory`; None on systems other than Linux."""
         with contextlib.suppress(OSError):
-            # Not getrusage: a child's begins with the memory of the process that started it.
+            # Not getrusage: its peak of a child includes the memory of the parent at the start.
             status = Path("/proc/self/status").read_text("ascii", "replace") if self.is_posix else ""
-            if found := re.search(r"^VmHWM:\s*(\d+)", status, re.MULTILINE):
-                return int(found[1]) * 1024
+            if peak := re.search(r"^VmHWM:\s*(\d+)", status, re.MULTILINE):
+                return int(peak[1]) * 1024
         return None
 
     def forget_peak_memory(self) -> None:
-        """Begin anew to note the most memory that this process holds."""
+        """Resets the peak memory of this process."""
         if self.is_posix:
             with contextlib.suppress(OSError):
                 Path("/proc/self/clear_refs").write_text("5", "ascii")
 
     def try_lock(self, file: IO[bytes], *, alone: bool) -> bool | None:
-        """Take the lock of a file without waiting, alone or with others: whether it was taken, None where there are no locks."""
+        """Takes an exclusive (`alone`) or shared lock of a file without waiting; returns the success, None without locks."""
         if not self.is_posix:
             return None
         import fcntl
@@ -110,14 +110,14 @@ class System:
         return True
 
     def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
-        """Rename a file that this process has just made and holds open; without POSIX a second file gets the name."""
+        """Renames a new file that this process holds open; without POSIX it makes a second file of that name instead."""
         if self.is_posix:
             source.replace(target)
         else:
             target.touch()
 
     def flush(self, path: Path) -> None:
-        """Wait until the disk has a file, or with POSIX a folder's list of names."""
+        """Waits until a file is on the disk; with POSIX also the directory entries of a folder."""
         if not self.is_posix and not path.is_file():
             return
         descriptor = os.open(path, os.O_RDONLY if self.is_posix else os.O_RDWR)
@@ -127,18 +127,18 @@ class System:
             os.close(descriptor)
 
     def boot(self) -> str:
-        """A name of the time since the machine was started; empty where the system is not Linux."""
+        """An id of the current boot of the machine; empty on systems other than Linux."""
         with contextlib.suppress(OSError):
             return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip() if self.is_posix else ""
         return ""
 
     def processors(self) -> int:
-        """The number of processors that this process may use; with Linux without those that the system keeps from it."""
+        """The number of processors; on Linux only those that this process may use."""
         if self.is_posix and hasattr(os, "sched_getaffinity"):
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1
 
 
 def this_system() -> System:
-    """The features of the system that this process runs on."""
+    """Returns the features of this system; none of POSIX if `FORCE_PORTABLE` is set."""
     return System(os.name == "posix" and not os.environ.get(FORCE_PORTABLE))

@@ -1,4 +1,4 @@
-"""Recipes: the scripts that pymeshfair ships and those of users, with the words at their head."""
+"""Recipes: loads shipped and user scripts, and reads the comment at their head."""
 
 from __future__ import annotations
 
@@ -24,69 +24,69 @@ from .scripts.write import format_script
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-#: the tasks of recipes, in the usual order of work
+#: the tasks of recipes, in their usual order
 TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "remesh", "change the shape", "curves", "look")
 
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """The comment at the head of a recipe, taken apart: a title, and paragraphs that begin with one of `KEYWORDS`, if at all."""
+    """The parsed comment at the head of a recipe: a title, and optional paragraphs that begin with one of `KEYWORDS`."""
 
     title: str = ""  # the first line
-    purpose: str = ""  # for which scans the recipe is (``For:``)
-    does: str = ""  # its effect on them (``Does:``)
-    tune: str = ""  # the settings to change when the result is not right (``Tune:``)
-    task: str = ""  # its task (``Task:``), one of `TASKS` for shipped recipes
-    fits: str = ""  # for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.guards.parse_fits` reads it
-    judged: str = ""  # by what measure it is the best choice for these (``Judged:``)
-    superseded: str = ""  # the better choice (``Superseded:``), of a recipe that is kept only because it was shipped once
+    purpose: str = ""  # ``For:``, the scans that the recipe is for
+    does: str = ""  # ``Does:``, its effect
+    tune: str = ""  # ``Tune:``, the settings to change if the result is not right
+    task: str = ""  # ``Task:``, one of `TASKS` for shipped recipes
+    fits: str = ""  # ``Fits:``, the scans that the recipe is for, as conditions for `pymeshfair.scripts.guards.parse_fits`
+    judged: str = ""  # ``Judged:``, the measure by which it is the best choice for these scans
+    superseded: str = ""  # ``Superseded:``, the better choice; only old recipes, which stay loadable, have it
 
     @property
     def measure(self) -> str:
-        """The measure by which it is judged, the first word of `judged`; empty if it says none."""
+        """The first word of `judged`, the measure by which the recipe is judged; may be empty."""
         return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
 
     @property
     def behind(self) -> str:
-        """The recipe that is better by that measure, after which this one comes: ``Judged: normals, after denoise``; or empty."""
+        """The recipe that is better by this measure, ``denoise`` for ``Judged: normals, after denoise``; may be empty."""
         match = re.search(r"\bafter (\w+)", self.judged)
         return match[1] if match else ""
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        """For which scans the recipe is; none if it does not say, or says it in words that are no conditions."""
+        """The conditions of `fits`; empty if it is empty or cannot be parsed."""
         try:
             return parse_fits(self.fits)
         except ParameterError:
-            return ()  # a comment may say anything; `script_warnings` tells
+            return ()  # comments may have any text; `script_warnings` reports the problem
 
 
 @dataclass(frozen=True)
 class Recipe:
     """A checked chain of filters with a name."""
 
-    name: str  # a shipped recipe's name, or the path of a script without its folder and ``.mlx``
+    name: str  # the name of a shipped recipe, or the file name of a script without ``.mlx``
     script: Script  # the steps
-    changes: tuple[Change, ...] = ()  # how the script that was read was upgraded; empty if it was not
+    changes: tuple[Change, ...] = ()  # how the script was upgraded; empty if it was not
 
     @cached_property
     def text(self) -> str:
-        """The script as an .mlx file has it, every value said."""
+        """The text of the .mlx file, with every parameter value."""
         return format_script(self.script)
 
     @property
     def digest(self) -> str:
-        """The SHA-256 digest of that, by which the provenance of a run names the recipe."""
+        """The SHA-256 digest of `text`, which identifies the recipe in the provenance of a run."""
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def info(self) -> RecipeInfo:
-        """The words at the head of the script, taken apart."""
+        """The parsed comment at the head of the script."""
         return head_info(self.script.comment)
 
     @property
     def title(self) -> str:
-        """The first line of the head comment; the name if there is none."""
+        """The first line of the head comment; the name if there is no comment."""
         return self.info.title or self.name
 
     @property
@@ -95,12 +95,12 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values over its own, as `pymeshfair.scripts.changing.override` puts them."""
+        """Returns the recipe with some values overridden by `pymeshfair.scripts.changing.override`."""
         return replace(self, script=override(self.script, overrides))
 
 
 def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
-    """The names of the recipes that pymeshfair ships, or of those that it ships because it once did, in alphabetical order."""
+    """The names of the shipped recipes, or only of the superseded ones, in alphabetical order."""
     return tuple(sorted(_scripts("superseded" if superseded else ".")))
 
 
@@ -108,23 +108,23 @@ def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
 class RecipeHead:
     """The head of a shipped recipe, read without its filters."""
 
-    name: str  # under which it is loaded
-    info: RecipeInfo  # the words at its head
-    settings: tuple[Setting, ...]  # the values that have a name
-    steps: int  # how many filters it has
+    name: str  # the name to load it by
+    info: RecipeInfo  # the parsed head comment
+    settings: tuple[Setting, ...]  # the named values
+    steps: int  # number of filters
 
 
 def shipped_heads() -> list[RecipeHead]:
-    """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
+    """Returns the heads of all shipped recipes without loading plugins or compiled code."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
     return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
-    """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
+    """Loads a shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
 
-    With `upgrade` a script of an older MeshLab is brought up to date; the recipe's `changes` say how. Raises `UnknownNameError`
-    where there is no such recipe or file, `ScriptError` with every problem of the script.
+    With `upgrade` it upgrades a script of an older MeshLab and lists the `changes` in the recipe. Raises `UnknownNameError` if
+    there is no such recipe or file, and `ScriptError` with all problems of a script.
     """
     text = os.fspath(name_or_path)
     path = Path(text)
@@ -142,7 +142,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
 
 
 def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | None = None) -> Recipe:
-    """The recipe in the bytes of an .mlx file; `name` stands for the file in messages, and `upgrade` is that of `load_recipe`."""
+    """Parses the bytes of an .mlx file; `name` names the file in messages, `upgrade` is as for `load_recipe`."""
     if not upgrade:
         return Recipe(Path(name).stem, parse_script(data, name, path=path))
     upgraded = upgrade_script(data, name, path=path)
@@ -150,13 +150,13 @@ def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | 
 
 
 def _scripts(folder: str = ".") -> dict[str, Traversable]:
-    """The scripts in a folder of the shipped ones, by name."""
+    """The shipped scripts in a folder, by name."""
     files = (importlib.resources.files("pymeshfair.mlx_scripts") / folder).iterdir()
     return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
 
 
 def head_info(comment: str) -> RecipeInfo:
-    """The words of a head comment, taken apart."""
+    """Parses a head comment."""
     title, _, rest = comment.partition("\n")
     words = paragraphs(rest)
     return RecipeInfo(title.strip(), **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})

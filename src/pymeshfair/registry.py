@@ -1,6 +1,6 @@
-"""Finds filters: pymeshfair's and third parties' by entry points, MeshLab's in the table of facts.
+"""Finds filters: those of pymeshfair and third parties by entry points, those of MeshLab in the table of facts.
 
-A plugin that cannot be loaded is recorded; all others still work.
+A plugin that cannot be loaded is recorded, and the others still work.
 """
 
 import functools
@@ -15,16 +15,16 @@ from .declaration import Filter
 from .errors import UnknownNameError, nearest
 from .meshlab.facts import meshlab_filters
 
-#: Packages add filters under this entry-point group; the value names a module whose `Filter` objects are taken.
+#: The entry-point group for plugins; each value names a module, whose `Filter` objects are registered.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
 
 
 @dataclass(frozen=True)
 class BrokenPlugin:
-    """A plugin, or one filter of it, that could not be used."""
+    """A plugin, or one of its filters, that cannot be used."""
 
-    distribution: str  # the package that names the plugin
-    entry_point: str  # as written in its metadata, e.g. ``scanlab = scanlab.filters``.
+    distribution: str  # the package of the plugin
+    entry_point: str  # as in the metadata, e.g. ``scanlab = scanlab.filters``
     reason: str  # one sentence
     details: str = ""  # the traceback, or an empty string
 
@@ -35,32 +35,32 @@ class BrokenPlugin:
 @dataclass(frozen=True)
 class _Registry:
     custom: tuple[Filter, ...]
-    by_any_name: dict[str, Filter]  # every filter under its Python name and under its GUI name
+    by_any_name: dict[str, Filter]  # each filter by its Python name and by its GUI name
     broken: tuple[BrokenPlugin, ...]
 
 
 def custom_filters() -> tuple[Filter, ...]:
-    """The filters that plugins declare, ours first, in the order of their names."""
+    """The filters of all plugins, ours first, in the order of their Python names."""
     return _load().custom
 
 
 def all_filters() -> tuple[Filter, ...]:
-    """Every filter, MeshLab's and the plugins', in the order of their Python names."""
+    """All filters of MeshLab and the plugins, in the order of their Python names."""
     return tuple(sorted((*meshlab_filters(), *custom_filters()), key=lambda f: f.python_name))
 
 
 def broken_plugins() -> tuple[BrokenPlugin, ...]:
-    """Plugins that could not be loaded and filters that were refused; they stop nothing else."""
+    """The plugins that could not be loaded, and the filters that were refused."""
     return _load().broken
 
 
 def is_known(name: str) -> bool:
-    """Whether there is a filter of that Python name or GUI name; unlike `find_filter` it looks for no similar names."""
+    """Whether a filter has this Python name or GUI name; unlike `find_filter` it does not search for similar names."""
     return name in _load().by_any_name
 
 
 def find_filter(name: str) -> Filter:
-    """The filter of that Python name or GUI name; an `UnknownNameError` has the nearest name and the plugins that failed."""
+    """Returns the filter with this Python name or GUI name, or raises `UnknownNameError` with the nearest name."""
     registry = _load()
     if name in registry.by_any_name:
         return registry.by_any_name[name]
@@ -72,7 +72,7 @@ def find_filter(name: str) -> Filter:
 
 
 def reload_plugins() -> None:
-    """Look for plugins again; needed after a package was installed into a running Python, such as a notebook's."""
+    """Searches for plugins again, for example after an installation from a running notebook."""
     importlib.invalidate_caches()
     _load.cache_clear()
 
@@ -83,7 +83,8 @@ def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
 
 @functools.cache
 def _load() -> _Registry:
-    taken = _by_any_name(meshlab_filters())
+    """Loads all plugins once; plugins and filters that cannot be used are recorded in `broken`."""
+    by_any_name = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
     for package, entry in _entry_points(broken):
@@ -96,30 +97,30 @@ def _load() -> _Registry:
             continue
         if not filters:
             broken.append(BrokenPlugin(package, text, "declares no filter"))
-        for declared in {id(f): f for f in filters}.values():  # each once, even if its module binds it to several names
+        for declared in {id(f): f for f in filters}.values():  # each once, even if its module gives it several names
             if declared.function is not None and any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
-            if reason := _why_unusable(declared, taken):
+            if reason := _why_unusable(declared, by_any_name):
                 broken.append(BrokenPlugin(package, text, f"filter {declared.python_name!r} {reason}"))
                 continue
             custom.append(replace(declared, origin=package))
-            taken |= _by_any_name(custom[-1:])
+            by_any_name |= _by_any_name(custom[-1:])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
-    return _Registry(tuple(custom), taken, tuple(broken))
+    return _Registry(tuple(custom), by_any_name, tuple(broken))
 
 
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
-    """The plugins of all packages with the names of these; pymeshfair's first, so that no other package can take their names."""
+    """The plugins of all packages, each with its package; pymeshfair's come first, so that others cannot take their names."""
     by_name: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
-        # Package by package: importlib's own entry_points() fails completely on one broken package.
+        # One package at a time: `importlib.metadata.entry_points` fails completely on one broken package.
         place = str(getattr(distribution, "_path", "?"))
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
             metadata = distribution.metadata
-            place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
-            if place not in by_name:  # else it is the same package further down sys.path
+            place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
+            if place not in by_name:  # else the same package occurs earlier on sys.path
                 by_name[place] = sorted(distribution.entry_points.select(group=ENTRY_POINT_GROUP), key=lambda e: e.name)
         except Exception as error:
             reason = f"{type(error).__name__}: {error}"
@@ -127,13 +128,13 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
     return [(name, entry) for name in sorted(by_name, key=lambda n: (n != "pymeshfair", n)) for entry in by_name[name]]
 
 
-def _why_unusable(declared: Filter, taken: dict[str, Filter]) -> str | None:
+def _why_unusable(declared: Filter, by_any_name: dict[str, Filter]) -> str | None:
     names = declared.python_name, declared.name
     if declared.function is None:
         return "has no function"
     if not names[0].isidentifier() or iskeyword(names[0]) or not names[1].strip():
         return f"needs a Python name and a name for menus; they are {names[0]!r} and {names[1]!r}"
     for name in names:
-        if other := taken.get(name):
+        if other := by_any_name.get(name):
             return f"cannot be added: the name {name!r} is taken by {other.python_name!r} of {other.origin}"
     return None

@@ -199,7 +199,7 @@ def test_a_filling_that_was_thrown_out_is_told() -> None:
     meshes, notes = mesh_set(awkward_mesh(6000)[1])
     meshes.meshing_close_holes_by_fairing()
     (note,) = (note for note in notes if "was placed with energy 'membrane'" in note)
-    assert "that of 'thin_plate' would reach further out of its rim than the rim is wide" in note
+    assert "with 'thin_plate' it would reach further out of its rim than the rim is wide" in note
 
 
 def test_without_refinement_there_are_faces_alone() -> None:

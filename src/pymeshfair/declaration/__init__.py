@@ -1,8 +1,8 @@
-"""The vocabulary in which a filter declares itself: its parameters, the layer that it reads and the edit that it returns.
+"""The classes that declare a filter: its parameters, the layer that it reads and the edit that it returns.
 
-One frozen `Filter`, which mirrors MeshLab's C++ ``FilterPlugin``, drives everything that users see of it: the method of
-`MeshSet`, the checks, scripts, ``pymeshfair info`` and the pages. `mesh_filter` makes one of a function with an annotated,
-keyword-only signature; CONTRIBUTING.md has an example.
+A frozen `Filter`, which mirrors MeshLab's C++ ``FilterPlugin``, determines all that users see of a filter: the method of
+`MeshSet`, the checks, scripts, ``pymeshfair info`` and the pages. `mesh_filter` makes a `Filter` from a function with an
+annotated, keyword-only signature; CONTRIBUTING.md has an example.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 
 class Layer(Protocol):
-    """The current mesh as read-only arrays; each is read from MeshLab when it is first asked for.
+    """The current mesh as read-only arrays; MeshLab's arrays are read at first use.
 
-    n vertices, m triangles, e edges. A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline.
+    n vertices, m triangles, e edges. A mesh with only vertices is a point cloud, one with edges and no triangles a polyline.
     """
 
     @property
@@ -93,14 +93,14 @@ class Layer(Protocol):
     def mean_edge(self) -> float: ...  # mean edge length; of a cloud the mean distance to the nearest neighbour
 
     def selected_vertices(self) -> Bools:
-        """The selected vertices or, when there are none, the vertices all of whose triangles are selected.
+        """The selected vertices; if there are none, the vertices whose triangles are all selected.
 
-        Raises `MeshError` when nothing at all is selected.
+        Raises `MeshError` if nothing is selected.
         """
         ...
 
     def other(self, mesh_id: int) -> Layer:
-        """Another layer of the mesh set; raises `MeshError` when there is none of that id."""
+        """Another layer of the mesh set; raises `MeshError` if no layer has this id."""
         ...
 
 
@@ -118,39 +118,38 @@ class NewLayer:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edit:
-    """The changes by a filter. None means untouched; everything that is not named stays as it is, bit by bit.
+    """The changes by a filter. None means unchanged; everything that the edit does not name keeps every bit.
 
-    n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
+    The layer has n vertices and m faces; N = n + a and M = m + b include the added elements, which come last.
 
-    Attributes of added elements that the edit does not set come from near by: scalars and texture coordinates of the nearest old
-    element, colours as blends of those around. A face shows one place of the texture at its three corners, of about that colour.
-    Added elements are not selected, their custom attributes are 0, normals follow from the coordinates.
+    An edit may leave attributes of added elements unset: then scalars and texture coordinates come from the nearest old element,
+    and colours are a blend of the colours around. All three corners of such a face have the same place of the texture, of about
+    this colour. Added elements are not selected, their custom attributes are 0, and normals follow from the coordinates.
 
-    MeshLab leaves some things not as they were where elements are added: a mesh with texture coordinates at the corners of its
-    faces alone gets some at its vertices, one of polygons alone becomes one of triangles, and new scalars of faces make those of
-    a mesh without colours white.
+    Added elements have side effects in MeshLab: a mesh with texture coordinates only at face corners gets some at its vertices, a
+    mesh of polygons only becomes a triangle mesh, and new face scalars make the faces of a mesh without colours white.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates
     added_vertices: Floats | None = None  # (a, 3) vertices to add, to a mesh that has faces
-    added_faces: Ints | None = None  # (b, 3) three different indices of vertices; from n on they mean `added_vertices`
+    added_faces: Ints | None = None  # (b, 3) three different vertex indices; from n on they mean `added_vertices`
     vertex_selection: Bools | None = None  # (N,) the new selection
     face_selection: Bools | None = None  # (M,)
     vertex_scalars: Floats | None = None  # (N,) the new scalar ("quality")
     face_scalars: Floats | None = None  # (M,)
     vertex_colors: Floats | None = None  # (N, 4) red, green, blue, opacity from 0 to 1
     face_colors: Floats | None = None  # (M, 4)
-    vertex_normals: Floats | None = None  # (N, 3) of a point cloud; a mesh's normals follow from its coordinates
+    vertex_normals: Floats | None = None  # (N, 3) only of a point cloud; the normals of a mesh follow from its coordinates
     face_normals: Floats | None = None  # (M, 3) unit normals
-    delete_vertices: Bools | None = None  # (N,) true where the vertex goes, which takes its faces along
-    delete_faces: Bools | None = None  # (M,) true where the face goes
-    new_layers: tuple[NewLayer, ...] = ()  # layers to add; the first becomes the current one
-    values: Mapping[str, Any] = field(default_factory=dict)  # what `apply_filter` returns: numbers, texts, arrays by name
-    notes: tuple[str, ...] = ()  # sentences for the user, such as parts that were left alone, with the reason
+    delete_vertices: Bools | None = None  # (N,) the vertices to delete with their faces
+    delete_faces: Bools | None = None  # (M,) the faces to delete
+    new_layers: tuple[NewLayer, ...] = ()  # layers to add; the first becomes the current layer
+    values: Mapping[str, Any] = field(default_factory=dict)  # the results that `apply_filter` returns: numbers, texts, arrays
+    notes: tuple[str, ...] = ()  # sentences for the user, for example about unchanged parts and the reason
 
 
 class FilterClass(enum.IntFlag):
-    """The menus of MeshLab that a filter appears in, with MeshLab's own bits."""
+    """The MeshLab menus of a filter, with MeshLab's bits."""
 
     SELECTION, CLEANING, REMESHING, FACE_COLORING = 0x1, 0x2, 0x4, 0x8
     VERTEX_COLORING, MESH_COLORING, MESH_CREATION, SMOOTHING = 0x10, 0x20, 0x40, 0x80
@@ -170,18 +169,18 @@ class MeshElement(enum.IntFlag):
 
 
 class Arity(enum.IntEnum):
-    """The number of layers that a filter reads, with MeshLab's numbers."""
+    """The number of layers that a filter reads, with MeshLab's constants."""
 
     NONE, SINGLE_MESH, FIXED, VARIABLE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
 class Equivalent:
-    """A filter of MeshLab's, with the values by which it gives the same result, to rounding."""
+    """A MeshLab filter, and the parameter values that give the same result up to rounding."""
 
-    filter: str  # its Python name
+    filter: str  # the Python name
     values: Mapping[str, Any]  # by Python parameter name
-    closed_only: bool = False  # the results are the same on closed meshes without a selection alone
+    closed_only: bool = False  # whether the results are the same only on closed meshes without a selection
 
 
 FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
@@ -189,25 +188,25 @@ FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Filter:
-    """One filter, MeshLab's or ours."""
+    """The declaration of a filter of MeshLab or of a plugin."""
 
-    python_name: str  # in Python, e.g. ``apply_coord_taubin_fairing``
-    name: str  # in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``
-    info: str = ""  # what it does, in plain text; the first line is a summary
-    classes: FilterClass = FilterClass.OTHER  # MeshLab's menus
+    python_name: str  # the name in Python, e.g. ``apply_coord_taubin_fairing``
+    name: str  # the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``
+    info: str = ""  # the description in plain text; the first line is a summary
+    classes: FilterClass = FilterClass.OTHER  # the MeshLab menus
     requires: MeshElement = MeshElement.NONE  # elements that the mesh must have
     changes: MeshElement = MeshElement.NONE  # elements that the filter changes
-    arity: Arity = Arity.SINGLE_MESH  # how many layers it reads
+    arity: Arity = Arity.SINGLE_MESH  # the number of layers that it reads
     parameters: tuple[Parameter, ...] = ()  # in declared order, which is the order in .mlx scripts
     references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
-    origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution that declares it
-    function: Callable[..., Edit] | None = field(default=None, compare=False)  # the work; None for MeshLab's own filters
-    #: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none
+    origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution of the plugin
+    function: Callable[..., Edit] | None = field(default=None, compare=False)  # the implementation; None for MeshLab's filters
+    #: returns, for the values of all parameters, the equivalent MeshLab filter, or None if there is none
     equivalent: FindEquivalent | None = field(default=None, compare=False)
 
     @property
     def is_builtin(self) -> bool:
-        """Whether MeshLab itself carries the filter out."""
+        """Whether MeshLab implements the filter."""
         return self.function is None
 
     @property
@@ -216,7 +215,7 @@ class Filter:
         return self.info.partition("\n")[0]
 
     def parameter(self, name: str) -> Parameter:
-        """The parameter of that Python name; raise `UnknownNameError` with the nearest name if there is none."""
+        """Returns the parameter with a Python name, or raises `UnknownNameError` with the nearest name."""
         for parameter in self.parameters:
             if parameter.name == name:
                 return parameter
@@ -226,26 +225,26 @@ class Filter:
         raise UnknownNameError(words, suggestion=nearest(name, names))
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values by parameter name, checked, in declared order; absent ones stay absent."""
+        """Returns the checked values by parameter name, in declared order; absent parameters stay absent."""
         for name in values:
             self.parameter(name)
         return {p.name: p.check(values[p.name]) for p in self.parameters if p.name in values}
 
     def with_defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """As `check`, with the default of every parameter that is absent."""
+        """Like `check`, with the defaults of absent parameters."""
         return {**self.defaults, **self.check(values)}
 
     def in_order(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Values by parameter name, in declared order; they are not checked."""
+        """Sorts values by parameter name into declared order, without checks."""
         return {p.name: values[p.name] for p in self.parameters if p.name in values}
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
-        """The ids of layers among the values, by parameter name."""
+        """The layer ids among the values, by parameter name."""
         return {p.name: values[p.name] for p in self.parameters if isinstance(p, Mesh) and isinstance(values.get(p.name), int)}
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The default of every parameter by name; None where MeshLab computes it for the mesh."""
+        """The defaults by parameter name; None if MeshLab computes the default from the mesh."""
         return {p.name: p.default for p in self.parameters}
 
 
@@ -259,14 +258,14 @@ def mesh_filter(
     references: Sequence[str] = (),
     equivalent: FindEquivalent | None = None,
 ) -> Callable[[Callable[..., Edit]], Filter]:
-    """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
+    """Makes a `Filter` of a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit``.
 
-    The function's name is the Python name and its docstring the description, whose section ``Args:`` has the help texts of those
-    parameters whose annotation has none. Parameters that filters share may be the fields of a frozen, keyword-only dataclass,
-    annotated alike, with help under ``Attributes:``; the function takes it as one parameter, users see its fields in that place.
-    A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
-    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it.
-    Raises `DeclarationError` if the signature, a default or a bound contradicts itself.
+    The name of the function is the Python name, its docstring the description. The section ``Args:`` has the help texts of
+    parameters without one in the annotation. A group of parameters that filters share is a frozen, keyword-only dataclass with
+    fields annotated in the same way and help under ``Attributes:``; the function takes the group as one parameter, users see its
+    fields. Users do not see a parameter ``progress``: the host passes a function that takes the completed share, from 0 to 1.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it. Raises `DeclarationError` if the signature,
+    a default or a bound contradicts itself.
     """
 
     def declare(function: Callable[..., Edit]) -> Filter:
@@ -293,7 +292,7 @@ def mesh_filter(
 
 
 def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
-    """The function that takes the fields of its groups one by one; the function itself if it has no group."""
+    """Wraps a function so that it takes the fields of its groups one by one; returns a function without groups as it is."""
     groups = {name: hint for name, hint in typing.get_type_hints(function).items() if name != "return" and _is_group(hint)}
     if not groups:
         return function
@@ -308,15 +307,15 @@ def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
 
 
 def _is_group(hint: Any) -> TypeGuard[type[Any]]:
-    """Whether a parameter's type is a dataclass, whose fields then are parameters of the filter."""
+    """Whether the type of a parameter is a dataclass, whose fields are then parameters of the filter."""
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
-_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")  # the section of a docstring on parameters
+_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")  # the parameter section of a docstring
 
 
 def _documented(described: object) -> tuple[str, dict[str, str]]:
-    """The docstring without its section on parameters, and that by parameter."""
+    """Splits a docstring into the text without its parameter section, and the help texts by parameter."""
     text = inspect.getdoc(described) or ""
     section = _SECTION.search(text)
     _, *parts = re.split(r"^    (\w+): ", section[1] if section else "", flags=re.MULTILINE)
@@ -338,7 +337,7 @@ def _parameters(function: Callable[..., Edit]) -> tuple[Parameter, ...]:
 
 
 def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: int = 0) -> Iterable[Parameter]:
-    """The parameters that the arguments of a function declare, or the fields of a group."""
+    """Yields the parameters that the arguments of a function, or the fields of a group, declare."""
     hints, helps = typing.get_type_hints(owner, include_extras=True), {**_documented(owner)[1], **helps}
     for argument in list(inspect.signature(owner).parameters.values())[skipped:]:
         name, hint = argument.name, hints.get(argument.name)
@@ -372,7 +371,7 @@ def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: 
 
 
 def _words(annotated: Any) -> tuple[str, ...]:
-    """The words of a `Literal`, or of a union of such."""
+    """The words of a `Literal`, or of a union of `Literal` types."""
     if typing.get_origin(annotated) is Literal:
         return typing.get_args(annotated)
     return tuple(word for part in typing.get_args(annotated) for word in _words(part))
@@ -382,7 +381,7 @@ _PLAIN_TYPES = (bool, int, float, str)
 
 
 def _contradiction(parameter: Parameter, annotated: Any) -> str:
-    """Where a parameter's name, help, type, bounds and choices contradict each other; empty if nowhere."""
+    """The contradiction between a parameter's name, help, type, bounds and choices; empty if there is none."""
     minimum, maximum = getattr(parameter, "minimum", None), getattr(parameter, "maximum", None)
     if keyword.iskeyword(parameter.name):
         return "is a word of Python"

@@ -1,6 +1,6 @@
-"""The kinds of parameter: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
+"""The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
 
-A length is in mesh units, relative, so that it carries over from mesh to mesh, or has a unit, such as 0.05mm.
+A length is in mesh units, or relative, so that it suits every mesh, or has a unit, such as 0.05mm.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LENGTH = re.compile(rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+
 
 
 def as_float(value: Any) -> float | None:
-    """The float of a real number of Python or numpy; None of anything else, truth values included."""
+    """Converts a real number of Python or numpy to float; None for all other values, also for booleans."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         return None
     try:
@@ -35,17 +35,17 @@ def as_float(value: Any) -> float | None:
 
 
 def shown(value: Any) -> str:
-    """The value as it would be written in Python, cut to a length that a message can hold."""
+    """The `repr` of a value, cut to 80 characters for a message."""
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 @dataclass(frozen=True)
 class Length:
-    """A length in mesh units, in percent of the bounding box's diagonal, in mean edges, or in a unit of `METRES`.
+    """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
 
-    Written ``"0.3"``, ``"1%"`` and ``"0.5edge"``, on a point cloud a mean distance from a point to its nearest neighbour.
-    A limit of a result may be ``"0.05mm"``, a parameter may not.
+    Written ``"0.3"``, ``"1%"``, ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
+    Only limits of a result, not parameters, may have a unit, as in ``"0.05mm"``.
     """
 
     amount: float
@@ -57,11 +57,11 @@ class Length:
             raise ParameterError(f"the amount of a length must be a finite number, got {shown(self.amount)}")
         if self.unit not in _LENGTH_SUFFIX:
             raise ParameterError(f"the unit of a length is one of {', '.join(map(repr, _LENGTH_SUFFIX))}, got {shown(self.unit)}")
-        object.__setattr__(self, "amount", amount)  # numpy's numbers print themselves differently
+        object.__setattr__(self, "amount", amount)  # a float: numpy numbers have another repr
 
     @classmethod
     def parse(cls, text: str) -> Length:
-        """Read ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; raise `ParameterError` for anything else."""
+        """Parses ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; raises `ParameterError` for other texts."""
         match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
         if match is None:
             raise ParameterError(
@@ -71,7 +71,7 @@ class Length:
         return cls(float(match[1]), cast("LengthUnit", {"%": "percent", "edges": "edge"}.get(suffix, suffix)))
 
     def resolve(self, *, diagonal: float, mean_edge: Callable[[], float]) -> float:
-        """The length in mesh units on a mesh of that bounding-box diagonal; `mean_edge` is only called when it is needed."""
+        """The length in mesh units on a mesh with this bounding box diagonal; calls `mean_edge` only if needed."""
         if self.unit == "percent":
             return self.amount / 100.0 * diagonal
         if self.unit == "edge":
@@ -79,7 +79,7 @@ class Length:
         return self.in_mesh_units(None).amount
 
     def in_mesh_units(self, unit: str | None) -> Length:
-        """The length on a scan in that unit, without which one in a unit of `METRES` is refused; others stay as they are."""
+        """Converts a length in a unit of `METRES` to mesh units of a scan in `unit`, which it needs; other lengths stay."""
         if self.unit not in METRES:
             return self
         if unit is None:
@@ -96,14 +96,14 @@ class Length:
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:
-    """The unit of a scan: that which the user typed, else that of its file, else that of the recipe's head; None without any."""
+    """The unit of a scan: the one that the user typed, else that of the file, else that of the recipe; or None."""
     if typed is not None:
         return check_unit(typed)
     return of_file if of_file in METRES else of_recipe or None
 
 
 def check_unit(unit: str) -> str:
-    """The unit of a scan, or raise `ParameterError` if there is no such one."""
+    """Returns the unit of a scan, or raises `ParameterError` if it is unknown."""
     if unit not in METRES:
         raise ParameterError(f"{unit!r} is no unit of scans: it is one of {', '.join(METRES)}")
     return unit
@@ -113,38 +113,38 @@ def check_unit(unit: str) -> str:
 class Parameter:
     """One parameter of a filter."""
 
-    name: str = ""  # in Python, and in .mlx scripts unless `xml_name` is set
-    label: str = ""  # the words before the input field in a dialog; those of the name if it is empty
-    help: str = ""  # the tooltip: what it means, in which unit, and which direction does what
+    name: str = ""  # the name in Python, and in .mlx scripts unless `xml_name` is set
+    label: str = ""  # the words before the input field in a dialog; by default made from the name
+    help: str = ""  # the tooltip: the meaning, the unit, and the effect of larger values
     default: Any = None  # None in a built-in filter whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
-    xml_name: str = ""  # in .mlx scripts, MeshLab's C++ name
-    #: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for the filter's
-    #: function; None if nothing is automatic
+    xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
+    #: the number that means "auto" in .mlx scripts, whose types are MeshLab's, and for the function of the filter; None if the
+    #: parameter cannot be automatic
     automatic: float | None = None
 
-    kind: typing.ClassVar[str] = "a value"  # the word for the kind of value in messages, e.g. "a whole number"
-    xml_type: typing.ClassVar[str] = ""  # MeshLab's class of the parameter, as .mlx scripts name it
-    python_type: typing.ClassVar[Any] = object  # the type that a filter's function receives
+    kind: typing.ClassVar[str] = "a value"  # the kind of value in messages, e.g. "a whole number"
+    xml_type: typing.ClassVar[str] = ""  # MeshLab's class of the parameter in .mlx scripts
+    python_type: typing.ClassVar[Any] = object  # the type that the function of a filter receives
 
     def check(self, value: Any) -> Any:
-        """The value in the type that the filter receives; raise `ParameterError` if it is not one the parameter allows."""
+        """Converts an allowed value to the type that the filter receives; raises `ParameterError` for other values."""
         raise NotImplementedError
 
     def describe_allowed(self) -> str:
-        """The allowed values, in words: ``"a whole number of at least 1"``."""
+        """The allowed values in words: ``"a whole number of at least 1"``."""
         return self.kind
 
     def to_number(self, value: Any) -> Any:
-        """The value, or in place of "auto" the number that stands for it."""
+        """Returns the value, for "auto" the number `automatic`."""
         return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:
-        """Whether the value is "auto", or the number that stands for it."""
+        """Whether the value is "auto" or the number `automatic`."""
         return self.automatic is not None and (value == AUTO if isinstance(value, str) else as_float(value) == self.automatic)
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error with the allowed values and the refused one."""
+        """The error for a refused value; its message has the allowed values."""
         got = value if isinstance(value, Length) else shown(value)
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 
@@ -164,13 +164,13 @@ class Bool(Parameter):
 
 @dataclass(frozen=True, kw_only=True)
 class _Bounded(Parameter):
-    """A number or a length between two bounds, both included; None is no bound."""
+    """A number or a length between two inclusive bounds; None means no bound."""
 
     minimum: float | None = None
     maximum: float | None = None
 
     def check_bounds(self, value: Any, number: float) -> None:
-        """Refuse a value whose number is out of bounds, or one that MeshLab would lose: its parameters are C floats."""
+        """Raises `ParameterError` for a number out of bounds, or outside the range of C floats, MeshLab's parameters."""
         if (self.minimum is not None and number < self.minimum) or (self.maximum is not None and number > self.maximum):
             raise self.refusal(value)
         if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:
@@ -204,7 +204,7 @@ class Int(_Bounded):
 
 
 class Float(_Bounded):
-    """A finite number between two bounds. Bounds on both sides make MeshLab show a slider."""
+    """A finite number between two bounds; MeshLab shows a slider if there are both."""
 
     kind = "a number"
     python_type = float
@@ -225,16 +225,16 @@ class Float(_Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Percentage(_Bounded):
-    """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
+    """A length: declarations and callers use `Length`, the function of the filter receives mesh units.
 
-    A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed; its meaning is in the help, usually "not used".
+    A default may be a text (``"1%"``, ``"6edge"``). Zero is allowed; the help says what it means, usually "not used".
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
     xml_type = "RichAbsPerc"
     python_type = float
     minimum: float | None = 0.0
-    of_edges: bool = False  # whether the mean edge is that of the layer's polylines even if it has faces
+    of_edges: bool = False  # whether to take the mean edge of the layer's polylines even if the layer has faces
 
     def check(self, value: Any) -> Any:
         if isinstance(value, str):
@@ -258,7 +258,7 @@ class Percentage(_Bounded):
 
 @dataclass(frozen=True, kw_only=True)
 class Enum(Parameter):
-    """One of several words, by default those of the annotated `Literal`; in a .mlx script their index."""
+    """One of several words, by default those of the annotated `Literal`; an .mlx script has the index of the word."""
 
     kind = "one of"
     xml_type = "RichEnum"
@@ -290,14 +290,14 @@ class String(Parameter):
 
 
 class FileOpen(String):
-    """The path of a file to read; only MeshLab's built-in filters have one."""
+    """The path of a file to read; only in MeshLab's filters."""
 
     kind = "the path of a file to read"
     xml_type = "RichOpenFile"
 
 
 class FileSave(String):
-    """The path of a file to write; only MeshLab's built-in filters have one."""
+    """The path of a file to write; only in MeshLab's filters."""
 
     kind = "the path of a file to write"
     xml_type = "RichSaveFile"
@@ -318,7 +318,7 @@ class Mesh(Parameter):
 
 
 class Shot(Parameter):
-    """A camera; only MeshLab's built-in filters have one, and no script can give its value."""
+    """A camera; only in MeshLab's filters, and a script cannot set it."""
 
     kind = "nothing: a camera cannot be given here"
     xml_type = "RichShotf"
@@ -370,12 +370,12 @@ class Matrix(Parameter):
 
 
 def _whole(value: Any) -> int | None:
-    """The number if it is a whole one; truth values are none."""
+    """Converts an integer of Python or numpy to int; None for all other values, also for booleans."""
     return None if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) else int(value)
 
 
 def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> list[Any]:
-    """Finite numbers of that shape, in lists."""
+    """Converts a value to nested lists of finite numbers with a given shape; raises `ParameterError` otherwise."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):  # rows of different lengths

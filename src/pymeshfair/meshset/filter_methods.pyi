@@ -136,17 +136,17 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
         Args:
-            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the
-                paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
-                'l2' does not.
-            range_sigma: Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white.
-                Larger smooths stronger noise and blurs more edges. 'auto' takes it from the median difference. Takes a number
-                of at least 0, or 'auto'.
-            step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
-                is smoother per iteration. Takes a number from 0 to 1.
-            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
+                'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
+                edges; 'huber' slows it there; 'l2' does not.
+            range_sigma: Larger differences between neighbouring colours are edges, and are kept; from black to white it is
+                1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference. Takes
+                a number of at least 0, or 'auto'.
+            step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
+                vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
+            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -426,30 +426,30 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
+        """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
         W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
-        detail size. Returns w in one over the fourth power of mesh units (0 or infinite where no number is so small or large),
-        how many vertices moved and how far the furthest went.
+        detail size. Returns w in one over the fourth power of mesh units (0 or infinite if it underflows or overflows), the
+        number of moved vertices and the largest displacement.
 
         Args:
-            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
-                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
-                '0.3' (mesh units) of at least 0.0, or 'auto'.
-            weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
-                closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
-                at least 0.
-            features: What is spared. 'none': nothing; 'curvature': ridges, where the surface bends by more than an angle, may
-                stay sharp; 'scalar': places of a high vertex scalar.
-            feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half;
-                noise is filtered out before. Larger spares sharper ridges alone. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q /
-                this)^2). Larger spares higher values alone. Takes a number from 1e-30 to 1e+30.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
-                on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
+                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
+                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
+                least 0.0, or 'auto'.
+            weight: How strongly vertices are held in place, w, in one over the fourth power of mean edges. Larger stays closer
+                to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at
+                least 0.
+            features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
+                stay sharp; 'scalar': parts with a high vertex scalar.
+            feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight;
+                noise is filtered out before. Larger keeps only sharper ridges. Takes a number from 1 to 179.
+            feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2).
+                Larger keeps only higher values. Takes a number from 1e-30 to 1e+30.
+            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
+                on the border; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -475,28 +475,27 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours that roughly
-        agree.
+        """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours at similar
+        heights.
 
         Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
 
         Args:
-            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
-                less, and 'l2', which does not.
-            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
-                'l2' counts all alike, 'l1' favours the nearest.
-            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
-                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean
-                edges. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
-                0.0, or 'auto'.
-            iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
-                10000.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
-                on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
+                all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
+                weights all neighbours equally, 'l1' favours the nearest.
+            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
+                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges. Takes
+                a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
+                'auto'.
+            iterations: The number of steps. More are smoother, slower, and shrink more. Takes a whole number from 0 to 10000.
+            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
+                on the border; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -521,26 +520,25 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "free"] = "free",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes noise and keeps features in one step: every vertex goes to the mean of its projections to the planes of
-        triangles.
+        """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-        Near triangles that roughly agree count most. Triangles are found by place, so that non-manifold meshes and loose
-        triangles are filtered too; curved surfaces shrink less than along normals.
+        Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold
+        meshes and loose triangles are filtered too; curved surfaces shrink less than by the filter along normals.
 
         Args:
-            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
-                less, and 'l2', which does not.
-            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
-                'l2' counts all alike, 'l1' favours the nearest.
-            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
-                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges.
-                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
-                or 'auto'.
-            border: What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
+                all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
+                weights all neighbours equally, 'l1' favours the nearest.
+            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
+                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges. Takes a
+                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
+                'auto'.
+            border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -568,33 +566,33 @@ class FilterMethods(metaclass=LateMethods):
         use_normals: bool = False,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes noise from a point cloud: every point moves along its normal to where neighbours that roughly agree expect it.
+        """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar
+        heights.
 
-        Triangles play no part. The normals themselves are not changed: compute them anew afterwards. With automatic iterations
-        it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it is.
+        Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns
+        the choice and the trials, with errors in spacings; a cloud without noise stays as it is.
 
         Args:
-            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Takes a whole number of at
-                least 3.
-            range_kernel: How a neighbour counts that disagrees: features stay but with 'huber' and 'l1', which respect them
-                less, and 'l2', which does not.
-            space_kernel: How neighbours count by their distance, up to 1.4 times the space sigma. 'gaussian' is the paper's,
-                'l2' counts all alike, 'l1' favours the nearest.
-            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
-                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it
-                from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal),
-                '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations,
-                neighbours, degree and, if that is automatic, range sigma that best predict points which the filter has not
-                seen. Takes a whole number from 0 to 10000, or 'auto'.
-            degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best.
-                Quadrics follow curved surfaces, which then shrink less, but need 40 neighbours and more. Takes a whole number
-                from 1 to 2.
-            use_normals: Move along the normals that the points have. Otherwise they are estimated anew in each iteration.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            neighbors: The number of nearest points that count. More are smoother, slower, and round off edges. Takes a whole
+                number of at least 3.
+            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
+                all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
+                weights all neighbours equally, 'l1' favours the nearest.
+            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
+                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more.
+                'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            iterations: The number of steps. More are smoother, slower, and shrink more. 'auto' takes the iterations,
+                neighbours, degree and, if automatic, range sigma with the least prediction error at held-out points. Takes a
+                whole number from 0 to 10000, or 'auto'.
+            degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
+                quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours. Takes a whole number from 1 to 2.
+            use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -691,32 +689,32 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
 
-        Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces
-        of the same layer are not looked at.
+        Planar curves stay in their plane. A vertex at a branch moves towards the mean of all its neighbours. Faces of the layer
+        are ignored.
 
         Args:
-            method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below
-                the detail size vanish, in steps of any length; closed curves shrink a little. 'taubin': a step and a longer one
-                back, so that curves keep their size.
-            weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do
-                not move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
-            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. For 'implicit' with 'inverse_length'. Takes a length such as '1%' (of the bounding box's
-                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger
-                is smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
-            step: For 'explicit' and 'taubin': the share of the way to the neighbours' mean, above 0. Larger is smoother. Takes
-                a number from 0 to 1.
-            mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is
-                smoother; not used when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
-            pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that
-                runs m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from
-                0 to 2.
-            iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead. Takes a whole
-                number from 1 to 100000.
-            border: What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            method: 'explicit': every vertex moves a step towards its neighbours; closed curves shrink. 'implicit': waves below
+                the detail size vanish, any step length is stable, and closed curves shrink a little. 'taubin': a step and a
+                longer step back, so that curves keep their size.
+            weights: 'inverse_length': near neighbours pull more, so that uneven sampling is kept and straight parts do not
+                move. 'uniform': all neighbours pull equally, which evens out the distances along the curve.
+            detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
+                smoother. For 'implicit' with 'inverse_length'. Takes a length such as '1%' (of the bounding box's diagonal),
+                '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            time_step: For 'implicit': the strength of one iteration, a pure number; uniform weights need it. Larger is
+                smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
+            step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
+                Larger is smoother. Takes a number from 0 to 1.
+            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used
+                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices
+                have the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from 0 to
+                2.
+            iterations: The number of steps. More are smoother; with a detail size they make a sharper cutoff instead. Takes a
+                whole number from 1 to 100000.
+            border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -760,27 +758,28 @@ class FilterMethods(metaclass=LateMethods):
         operator: Literal["auto", "cotangent", "robust"] = "auto",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
+        """Makes the relief of a surface higher, such as worn letters, and keeps its shape, its size and its borders.
 
-        Vertices move along the normals of the shape, by the waves of the relief; shorter and longer ones stay. Near open
-        borders and in thin parts less changes. Returns the two wavelengths, the height of the relief as it was (root mean
-        square), the largest displacement, and the share of the vertices that the thickness has held back by half or more.
+        Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open
+        borders and in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean
+        square), the largest displacement, and the share of the vertices whose displacement the thickness has halved or more.
 
         Args:
-            gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes
-                a number from 0 to 10.
-            detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details
-                alone. 'auto': where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length
-                such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            largest_size: The longest wave of the relief. Larger takes in larger parts. 'auto': four detail sizes. Takes a
+            gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes a
+                number from 0 to 10.
+            detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger includes only larger
+                details. 'auto': where the spectrum of the surface rises above its noise, at least five mean edges. Takes a
                 length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
                 'auto'.
-            most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that
-                is less. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
-            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
-                non-manifold meshes; 'auto' takes the robust one where it is needed.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            largest_size: The longest wave of the relief. Larger includes larger parts. 'auto': four detail sizes. Takes a
+                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
+                'auto'.
+            most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of
+                it if the gap is smaller. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
+                non-manifold meshes; 'auto' takes 'robust' if it is needed.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -855,25 +854,25 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
+        """Moves all vertices towards the weighted mean of their neighbours, in repeated steps.
 
-        Simple and fast, but closed surfaces shrink, which they do not by Taubin Fairing.
+        Simple and fast, but closed surfaces shrink; Taubin Fairing avoids this.
 
         Args:
             operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface;
-                'inverse_length' keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices
-                along the normal; 'laplace_beltrami' is the same in true units; 'robust' works on slivers, non-manifold meshes
-                and point clouds too.
-            step: The share of the way to the neighbours' mean that a vertex goes, from 0 to 1; for 'scale_dependent',
+                'inverse_length' keeps uneven sampling, and 'scale_dependent' too, in true lengths; 'cotangent' moves vertices
+                along the normal, and 'laplace_beltrami' too, in true units; 'robust' also works on slivers, non-manifold meshes
+                and point clouds.
+            step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
-            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
-            update: 'euler' takes the step above. 'meshlab' repeats MeshLab's own Laplacian Smooth, where the vertex itself is
-                averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
-                on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex
+                itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
+                on the border; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -951,32 +950,32 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
+        """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-        Unlike explicit smoothing it does not depend on the sampling, and no step is too long.
+        Unlike explicit smoothing, the result does not depend on the sampling, and every step length is stable.
 
         Args:
-            operator: 'cotangent' is the Laplace-Beltrami operator, whatever the triangulation; 'robust' is the same for
+            operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for
                 slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time
                 step.
-            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
-                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
-                '0.3' (mesh units) of at least 0.0, or 'auto'.
+            detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
+                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
+                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
+                least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
-            iterations: At the same detail size more steps cut off more sharply; with a time step each one smooths further.
-                Takes a whole number from 1 to 10000.
+            iterations: With a detail size, more iterations make a sharper cutoff; with a time step, each iteration smooths
+                further. Takes a whole number from 1 to 10000.
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
-                'conformalized' updates the areas alone, so that thin parts do not pinch off.
+                'conformalized' updates only the areas, so that thin parts do not pinch off.
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-            keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and
-                the shape its size, open or closed. Not for point clouds.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
-                on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            keep_dimensions: Move parts of the shape back along the normals by what they have lost as a whole: limbs keep their
+                thickness and the shape its size, open or closed. Not for point clouds.
+            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
+                on the border; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1081,18 +1080,17 @@ class FilterMethods(metaclass=LateMethods):
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces
-        follow.
+        """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
-        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
-        what is given, all of them have. Returns the parameters that were used, what was found and tried, the mean displacement
-        in mean edges as drift, and how many faces look away from those around them, before and after.
+        Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
+        parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean
+        edges as drift, and how many faces look away from the faces around them, before and after.
 
         Args:
-            method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how
-                far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before,
-                for strong noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those
-                of vertices.
+            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
+                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation
+                on averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges.
+                'vertex_normals' is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -1100,42 +1098,41 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
-                happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
-            space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
+            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
+                that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
+            space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+            neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
+                mean distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not
+                jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
-            vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow more
-                closely. Takes a whole number from 1 to 10000, or 'auto'.
-            outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
-                normal iteration keep edges better than once 20. 0: outliers and relaxation alone. Takes a whole number from 0
-                to 10000, or 'auto'.
-            vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
-                mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-            outliers: Vertices that stand out, as those of stray measurements: 'keep' filters them like the others, 'replace'
-                puts them first where the others expect them, 'only' moves nothing but them. 'auto' keeps them where all else is
-                given.
-            rounding: Coordinates that were rounded, all or along one axis, as depths of a camera: 'keep' filters the steps like
-                any noise, 'undo' puts the vertices first on a smoother surface within half a step. 'auto' keeps where all else
+            vertex_iterations: The number of steps of the vertices towards the filtered normals. More follow more closely. Takes
+                a whole number from 1 to 10000, or 'auto'.
+            outer_iterations: How often both steps are repeated, with the normals of the moved faces; more are smoother. 20 to
+                30 rounds of one normal iteration keep edges better than one round of 20. 0: only outliers and relaxation. Takes
+                a whole number from 0 to 10000, or 'auto'.
+            vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
+                to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+            outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
+                first predicts their places from the others, 'only' moves nothing else. 'auto' keeps them if all else is given.
+            rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
+                noise, 'undo' first moves the vertices to a smoother surface within half a step. 'auto' means 'keep' if all else
                 is given.
-            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
-                and round edges, which the filter sharpens again. 'auto' takes 0 where all else is given. Takes a whole number
-                from 0 to 10000, or 'auto'.
-            relaxation_direction: Where these steps go: 'all' directions, or along the 'normal' alone, so that no vertex slides.
-            choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
-                large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
-                values, at once.
-            compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh
-                best: Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is
+            relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns
+                faces over, and round edges, which the filter sharpens again. 'auto' takes 0 if all else is given. Takes a whole
+                number from 0 to 10000, or 'auto'.
+            relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
+            choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
+                large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
+                once.
+            compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount:
+                Taubin, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only if all parameters are
                 automatic.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' move along the normal alone, so that the outline
+            border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1210,23 +1207,21 @@ class FilterMethods(metaclass=LateMethods):
         iterations: int = 1,
         remesh: bool = False,
     ) -> dict[str, Any] | None:
-        """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
+        """Replaces the selected part of a surface by the smoothest part that continues the surface around it.
 
-        For dents, scars, bad fillings and seams. The selected vertices move, or, when no vertex is selected, those all of whose
-        triangles are; the others, and open borders, stay. One, two or three rings of vertices around the region decide, so
-        select until the damage ends, and a ring more. Returns how many vertices moved, the backward error of the solution, and
-        a bound of the error that solving leaves as a share of the region's diagonal; with `remesh` the numbers of old and new
-        elements.
+        For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles
+        are all selected. The others, and open borders, stay. The result depends on one, two or three rings of vertices around
+        the region, so select all of the damage and one ring more. Returns the number of moved vertices, the backward error of
+        the solution, and an error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and
+        new elements.
 
         Args:
-            energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
-                continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
-                round.
-            iterations: How often, each time with the areas and angles that the one before has left. More forget the old shape
-                more fully; one is mostly enough. With remeshing it is done three times at least. Takes a whole number from 1 to
-                100.
-            remesh: Replace the triangles of the part, too, by regular ones as dense as those around, which come last and are
-                selected: for rough damage. Colours go on from around; each new triangle shows one place of the texture.
+            energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
+                tangent planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
+            iterations: The number of solutions, each with the areas and angles of the previous result. More depend less on the
+                old shape; one is usually enough. Remeshing takes at least three. Takes a whole number from 1 to 100.
+            remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They
+                come last and are selected. They continue the colours around; each shows one place of the texture.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1250,37 +1245,37 @@ class FilterMethods(metaclass=LateMethods):
         operator: Literal["auto", "cotangent", "robust"] = "auto",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
+        """Removes, keeps or exaggerates details by their size, like an equaliser for sound.
 
-        A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each by a factor that
-        depends on its wavelength alone. The centroids of components stay, and open borders get as smooth as the surface.
-        Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and
-        a bound of the error in mesh units.
+        A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each mode by a factor
+        that depends only on its wavelength. The centroids of components stay, and open borders become as smooth as the surface.
+        Returns the method that ran (route), the number of modes or the degree of the polynomial, the wavelength at the cutoff,
+        and an error bound in mesh units.
 
         Args:
-            response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size, to
-                be chosen above the size of the noise, to the largest size by the gain and keeps all others; 'band_pass' keeps
-                that band alone, to look at.
-            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
-                when the amount is given otherwise. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
-                '0.3' (mesh units) of at least 0.0, or 'auto'.
-            largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four
+            response: 'low_pass' removes waves shorter than the detail size. 'enhance' multiplies the waves from the detail size
+                to the largest size by the gain, and keeps all others; the detail size should exceed the size of the noise.
+                'band_pass' keeps only this band, for inspection.
+            detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
+                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
+                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
+                least 0.0, or 'auto'.
+            largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. More keep
-                finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides. Takes a whole number
+            modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep
+                finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number
                 from 0 to 1000000.
-            gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
+            gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
                 a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
                 ripples beside edges. Not used with a number of modes. Takes a whole number from 1 to 8.
             method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
-                computes modes only where their number is given and memory allows. The result says which ran.
-            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
-                non-manifold meshes; 'auto' takes the robust one where it is needed.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+                computes modes only if their number is given and memory allows. The result names the method.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
+                non-manifold meshes; 'auto' takes 'robust' if it is needed.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1297,15 +1292,15 @@ class FilterMethods(metaclass=LateMethods):
         steepness: float = 1.5,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+        """Moves single vertices that stand up like needles back among their neighbours; all other vertices keep every bit.
 
         Vertices on open borders stay. Returns the number of spikes.
 
         Args:
-            steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
-                Larger removes thinner spikes alone; below 1 the corners of boxes go. Takes a number of at least 0.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
+                Larger removes only thinner spikes; below 1 the corners of boxes count as spikes. Takes a number of at least 0.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1322,25 +1317,26 @@ class FilterMethods(metaclass=LateMethods):
         flip_edges: bool = False,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
+        """Improves the shape of triangles on the same surface: vertices move along it towards the mean of their neighbours.
 
-        Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles
-        whose edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes
-        are 0. Returns the mean quality of the triangles before and after (1 for equilateral ones), how many triangles flips
-        have changed, how many vertices moved and how far the furthest went.
+        Open borders stay. No triangle folds over. Colours and texture coordinates move with their vertices. Triangles with
+        flipped edges come last; they take colour and scalar from nearby old triangles, and their custom attributes are 0.
+        Returns the mean triangle quality before and after (1 for equilateral triangles), the number of triangles changed by
+        flips, the number of moved vertices and the largest displacement.
 
         Args:
-            weight: How strongly vertices are held to their places. Larger moves them less in each iteration. Takes a number
-                from 1e-09 to 1000000000.0.
-            iterations: How many steps are taken. More give better triangles, up to a point, and take longer. Takes a whole
-                number from 0 to 1000.
-            max_deviation: How far the middles of triangles and edges may get from the surface as it was, at sharp edges a fifth
-                of it; vertices stay on it. Larger allows better triangles where the surface is curved or has edges. Takes a
-                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better:
-                for range maps and other grids. Not on textured meshes.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            weight: How strongly vertices are held in place. Larger moves them less in each iteration. Takes a number from 1e-09
+                to 1000000000.0.
+            iterations: The number of steps. More give better triangles, up to a point, and take longer. Takes a whole number
+                from 0 to 1000.
+            max_deviation: The largest distance of the centres of triangles and edges from the input surface, at sharp edges a
+                fifth of it; vertices stay on the surface. Larger allows better triangles where the surface is curved or has
+                edges. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
+                0.0.
+            flip_edges: Before each step, flip edges where this improves the two adjacent triangles: for range maps and other
+                grids. Not on textured meshes.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1364,24 +1360,24 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-        With the uniform operator it is MeshLab's Taubin Smooth, but on open borders, where a step of MeshLab's is two thirds of
+        Equals MeshLab's Taubin Smooth with the uniform operator, except on open borders: MeshLab's step there is two thirds of
         ours.
 
         Args:
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
-                'cotangent' moves vertices along the normal alone.
-            step: The step that smooths, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is
-                smoother; not used when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+                'cotangent' moves vertices only along the normal.
+            step: The smoothing step, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
+            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used
+                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
-                0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
-                from 0 to 2.
-            iterations: How many pairs of steps. More are smoother. 'auto' takes the number whose slopes are expected to be
-                nearest to the true ones. Takes a whole number from 0 to 100000, or 'auto'.
-            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
-                on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+                0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda). Takes a
+                number from 0 to 2.
+            iterations: The number of pairs of steps. More are smoother. 'auto' takes the number with the least expected slope
+                error. Takes a whole number from 0 to 100000, or 'auto'.
+            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
+                on the border; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1583,14 +1579,14 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-        It is the first half of Normal Filtering, for shading and for filters that read face normals; automatic normal
-        iterations are as many as Normal Filtering takes in all. Returns the parameters that were used.
+        This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of
+        normal iterations is the total of Normal Filtering. Returns the parameters in use.
 
         Args:
-            method: What weighs a neighbouring face, besides its area. 'mean': nothing, which rounds edges. 'unilateral': how
-                far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral on normals averaged before,
-                for strong noise. 'guided': on the normals of the most even patches, for sharp edges. 'vertex_normals': on those
-                of vertices.
+            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
+                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation
+                on averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges.
+                'vertex_normals' is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -1598,19 +1594,19 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations count as this one; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
-                happen to agree. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
-            space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
+            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
+                that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
+            space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
-            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
-                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
+            neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
+                mean distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not
+                jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
                 number from 1 to 10000, or 'auto'.
-            choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
-                large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
-                values, at once.
-            selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
+            choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
+                large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
+                once.
+            selected: Only the selected faces get a new normal; the others keep theirs, and still count as neighbours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1666,16 +1662,16 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
         Args:
-            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the
-                paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
-                'l2' does not.
-            range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs
-                more edges. 'auto' takes it from the median difference. Takes a number of at least 0, or 'auto'.
-            step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
-                is smoother per iteration. Takes a number from 0 to 1.
-            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
-            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
-                selected, the vertices all of whose triangles are selected.
+            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
+                'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
+                edges; 'huber' slows it there; 'l2' does not.
+            range_sigma: Larger differences between neighbours are edges, and are kept. Larger smooths stronger noise and blurs
+                more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
+            step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
+                vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
+            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+                selected, the vertices whose triangles are all selected change.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1975,16 +1971,16 @@ class FilterMethods(metaclass=LateMethods):
         direction: PointLike = (0.0, 1.0, 0.0),
         view: PointLike = (0.0, 0.0, 1.0),
     ) -> dict[str, Any] | None:
-        """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
+        """Colours the vertices like a polished surface in a hall of parallel lamps.
 
-        The lines jump where the surface has a crease and bend where its curvature does. The brightness, from 0 to 1, becomes
-        the vertex scalar.
+        The lines jump at creases, and bend sharply where the curvature jumps. The brightness, from 0 to 1, becomes the vertex
+        scalar.
 
         Args:
-            stripes: How many lamps there are all round. More show smaller defects, up to the length of the edges. Takes a
-                number from 1 to 200.
-            direction: Along the lamps, which are parallel and infinitely far. Takes three finite numbers.
-            view: From the mesh to the eye. Takes three finite numbers.
+            stripes: The number of lamps all round. More show smaller defects, down to the length of the edges. Takes a number
+                from 1 to 200.
+            direction: The direction along the lamps, which are parallel and infinitely far. Takes three finite numbers.
+            view: The direction from the mesh to the eye. Takes three finite numbers.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3045,20 +3041,19 @@ class FilterMethods(metaclass=LateMethods):
         signed: bool = True,
         color: bool = True,
     ) -> dict[str, Any] | None:
-        """Gives every vertex how far it lies from another layer: what a clean-up has moved.
+        """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-        In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there,
-        orange above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the
-        mean distance, the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices
-        were compared by number.
+        In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at
+        0 and orange above. Unsigned values go from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the
+        limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
-                reference; 'auto' takes 'vertex' where the two layers have the same faces.
-            signed: Negative where the mesh lies on the inner side of the reference. Without it all values are distances.
-            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+                reference; 'auto' takes 'vertex' if the two layers have the same faces.
+            signed: Values on the inner side of the reference are negative. Otherwise all values are distances.
+            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3174,14 +3169,14 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on
         saddles.
 
-        Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits
-        that enclose 98 % of the vertices. On borders it is 0, or as a deficit how far they turn. Returns the limits, the
+        Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose
+        98 % of the vertices. On borders the curvature is 0, and the deficit is the turn of the border. Returns the limits, the
         lowest, the highest and the mean value, and the sum.
 
         Args:
-            measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in
+            measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in
                 radians.
-            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3253,17 +3248,18 @@ class FilterMethods(metaclass=LateMethods):
         mode: int = 10,
         operator: Literal["auto", "cotangent", "robust"] = "auto",
     ) -> dict[str, Any] | None:
-        """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
+        """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for
+        inspection.
 
-        Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square over the surface is 1, the sign always the
-        same; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit), its
-        wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+        Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square of a mode over the surface is 1, its sign is
+        reproducible; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh
+        unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
         Args:
-            mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has shorter
-                waves and takes longer. Takes a whole number from 0 to 1000000.
-            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
-                non-manifold meshes; 'auto' takes the robust one where it is needed.
+            mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has
+                shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
+                non-manifold meshes; 'auto' takes 'robust' if it is needed.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3282,13 +3278,13 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
-        In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between
-        limits that enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
+        In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white on flat parts, orange on bulges, between limits
+        that enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
         Args:
-            operator: 'cotangent' is right on every mesh; 'uniform' is calm at slivers, but wrong where vertices are spread
-                unevenly.
-            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+            operator: 'cotangent' is right on every mesh; 'uniform' is robust to slivers, but wrong for unevenly spread
+                vertices.
+            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3379,13 +3375,13 @@ class FilterMethods(metaclass=LateMethods):
         *,
         color: bool = True,
     ) -> dict[str, Any] | None:
-        """Gives every face its shape: 1 for an equilateral triangle, towards 0 for slivers, 0 without area.
+        """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
-        The shortest edge over the radius of the circumcircle, normalised. Colours from dark violet at 0 to bright yellow at 1.
+        The quality is the shortest edge over the circumradius, normalised. Colours from dark violet at 0 to bright yellow at 1.
         Returns the limits, the lowest, the highest and the mean value.
 
         Args:
-            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3641,17 +3637,17 @@ class FilterMethods(metaclass=LateMethods):
         reference: int = 0,
         spacings: float = 4.0,
     ) -> dict[str, Any] | None:
-        """Selects the parts of a reconstruction that have no measured points near, such as the balloon of Screened Poisson.
+        """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
-        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the
-        cloud is sparse, two thirds of what it is there. The selection of vertices is replaced. Says which share of the area
-        hangs on them, which of the rest is over half as far, and which share of the points lies as far from the rest, and
-        returns the number of selected vertices.
+        The spacing of the cloud is the median, over its points, of the mean distance to their six nearest neighbours; in sparse
+        parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report three shares:
+        the area with selected vertices, the other area beyond half the distance, and the points without unselected surface
+        within the distance. Returns the number of selected vertices.
 
         Args:
-            reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
-            spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger
-                keeps bridges over wider gaps. Takes a number of at least 0.
+            reference: The layer whose vertices are the measured points. Takes the id of a layer (a whole number).
+            spacings: Vertices farther from the nearest point than this many spacings of the cloud are selected. Larger keeps
+                bridges over wider gaps. Takes a number of at least 0.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3681,10 +3677,10 @@ class FilterMethods(metaclass=LateMethods):
         *,
         side: LengthLike = "1%",
     ) -> dict[str, Any] | None:
-        """Selects all points but the first in each cell of a grid: without them a cloud is thinner, and as dense in all places.
+        """Selects all points but the first in each cell of a grid: without them the cloud is thinner, with an even density.
 
-        Points that stay are those that were measured, with all that belongs to them. The grid has a corner at the origin. The
-        selection of vertices is replaced; faces play no part. Returns the number of selected points.
+        The remaining points are measured points with all their attributes. The grid has a corner at the origin. The selection
+        of vertices is replaced; faces are ignored. Returns the number of selected points.
 
         Args:
             side: The side of the cells. Larger leaves fewer points. Takes a length such as '1%' (of the bounding box's
@@ -3723,20 +3719,19 @@ class FilterMethods(metaclass=LateMethods):
         extent: float = 3.0,
         threshold: float = 0.5,
     ) -> dict[str, Any] | None:
-        """Selects the vertices that are probably outliers, and gives every vertex that probability.
+        """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
-        LoOP (local outlier probability) compares how far each vertex is from its neighbours with how far they are from theirs:
-        dense and sparse parts of a scan are judged alike. The probability, from 0 to 1, becomes the vertex scalar. The
-        selection of vertices is replaced, that of faces stays. Faces play no part. Returns the number of selected vertices, the
-        largest and the mean probability.
+        LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of the
+        neighbours to theirs, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the
+        vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the
+        number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: How many nearest points a point is compared with, more than the clumps of stray points have. More give
-                steadier probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at
-                least 1.
-            extent: How far beyond the usual a point must be to count as an outlier for certain, in standard deviations. Larger
-                gives lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
-            threshold: Vertices with a probability above it are selected. Larger selects fewer, 1 none. Takes a number from 0 to
+            neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
+                probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
+            extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives
+                lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
+            threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
                 1.
 
         Returns:
@@ -3829,17 +3824,17 @@ class FilterMethods(metaclass=LateMethods):
         smallest_part: int = 100,
         clouds_only: bool = False,
     ) -> dict[str, Any] | None:
-        """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
+        """Selects the points of a cloud that belong to no surface: single distant points, hazes, and isolated clumps.
 
-        The selection of vertices is replaced. Faces play no part. Returns the number of selected points.
+        The selection of vertices is replaced. Faces are ignored. Returns the number of selected points.
 
         Args:
-            neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take
+            neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
-            sparseness: Points farther from their neighbours than this many times the median are selected. Larger keeps sparser
-                parts of a scan, and denser hazes. Takes a number of at least 1.
-            smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps.
-                Takes a whole number of at least 1.
+            sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
+                sparser parts of a scan, and also denser hazes. Takes a number of at least 1.
+            smallest_part: Isolated clumps of fewer points are selected. Larger selects larger clumps. Takes a whole number of
+                at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
 
         Returns:
@@ -5672,12 +5667,12 @@ class FilterMethods(metaclass=LateMethods):
         """
 
     def get_surface_measures(self) -> dict[str, Any]:
-        """Counts, topology, size, roughness and triangle quality of the mesh.
+        """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
-        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
+        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports
         whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
-        surfaces), the mean edge (of polylines, too; of a cloud the mean distance to the nearest point), roughness (the mean
-        angle in degrees between faces that share an edge) and the mean triangle quality (1 for equilateral ones).
+        surfaces), the mean edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean
+        angle in degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5691,18 +5686,18 @@ class FilterMethods(metaclass=LateMethods):
         modes: int = 50,
         operator: Literal["auto", "cotangent", "robust"] = "auto",
     ) -> dict[str, Any]:
-        """How much of the shape lies at which frequency: where it ends and where noise begins.
+        """Measures the energy of the shape by frequency, which shows where the shape ends and the noise begins.
 
-        The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
-        components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the
-        frequencies and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves
-        of the mesh.
+        The energy of a frequency is the contribution of its waves to the mean squared distance of the surface from the
+        centroids of its components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit.
+        Returns frequencies and energies of the lowest modes, and the energies in bands of a third of an octave up to the finest
+        waves of the mesh.
 
         Args:
-            modes: How many modes are listed, from the lowest. More reach higher frequencies and take longer; the energies of
-                bands do not need them. Takes a whole number from 0 to 100000.
-            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
-                non-manifold meshes; 'auto' takes the robust one where it is needed.
+            modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; the energies of
+                bands do not need modes. Takes a whole number from 0 to 100000.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
+                non-manifold meshes; 'auto' takes 'robust' if it is needed.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5755,19 +5750,17 @@ class FilterMethods(metaclass=LateMethods):
         energy: Literal["membrane", "thin_plate", "minimum_variation"] = "thin_plate",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
+        """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-        A rim is a loop of border edges. The two nearest rims of different parts get a band of triangles between them, as dense
-        as they are, whose inside is faired; the rest stays as it is. The new elements are selected. Parts in several layers are
-        merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how many edges each
-        rim has.
+        A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
+        Its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
+        (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
         Args:
-            energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
-                continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
-                round.
-            selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected
-                when all of its vertices are.
+            energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
+                tangent planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
+            selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its
+                vertices are.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5818,30 +5811,30 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
-        What is there stays as it is, textures too. New vertices and faces come last and are then the selection. Colours and
-        scalars go on from the rim, and a new face shows a place of the texture near by of such a colour. Returns how many holes
-        were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower
-        energy, and how many rims were left open, why and with how many edges; the largest are named one by one.
+        Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue
+        colours and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the
+        number of closed holes and the edges of each rim, the numbers of new vertices and faces, the number of holes with a
+        lower energy, and the number of open rims with reasons and edges; notes name the largest rims.
 
         Args:
-            max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes
-                half a gigabyte of memory. Outer borders of open sheets stay open: rims that turn like that of a flat disc, and
-                those that span more than a third of the area of their sheet, unless they are selected. Takes a whole number
+            max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges
+                takes half a gigabyte of memory. Outer borders of open sheets stay open: rims that turn like the rim of a flat
+                disc; and, unless selected, rims that span more than a third of the area of their sheet. Takes a whole number
                 from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows
-                noise at the rim; 'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy,
-                which is said.
-            refine: Split the new faces until they are as dense as those around. Without, there are no new vertices, and nothing
-                is faired.
-            rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests
-                that. Takes a whole number from 1 to 100.
-            islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open
-                if that cannot be done; 'leave' fills the hole without regard to them.
+                noise at the rim; 'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy; a
+                note says so.
+            refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and
+                nothing is faired.
+            rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around
+                bulges. Takes a whole number from 1 to 100.
+            islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole
+                open if that fails; 'leave' fills the hole as if they were not there.
             selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
-            mark: How new faces are marked in a saved file: 'scalar' gives each the number of its hole, from 1, and all others
-                0, in place of the scalars of faces; 'color' paints them orange, and the others white if faces had no colours;
-                'none' leaves both.
+            mark: How new faces are marked in a saved file: 'scalar' replaces the face scalars by the number of the hole, from
+                1, and by 0 on old faces; 'color' paints new faces orange, and old faces white if uncoloured; 'none' changes
+                neither.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
