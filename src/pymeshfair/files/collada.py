@@ -1,4 +1,4 @@
-"""Reads COLLADA documents: the parts that their scene places."""
+"""Reads COLLADA documents: the geometries of their scene as one mesh."""
 
 import re
 from collections.abc import Mapping
@@ -19,10 +19,11 @@ from .polygons import edges_of, triangles_of
 from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, turn
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: the count of numbers of each transformation of a node
+#: how many numbers each transformation of a node has
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
+#: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: the numbers of an input that are read, by the names of their parameters
+#: by the semantic of an input, the names of the parameters that are read
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
@@ -45,7 +46,7 @@ def read_collada(path: Path, references: References) -> Reading:
 
 
 class _Look(NamedTuple):
-    """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
+    """How a material paints faces: colour, texture number, and set of texture coordinates."""
 
     colour: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     texture: int = -1
@@ -58,15 +59,15 @@ class _Reader:
         self._ids: dict[str, Element | None] = {}
         for part in root.iter():
             if (name := part.get("id")) is not None:
-                self._ids[name] = None if name in self._ids else part  # None where two have the same id
+                self._ids[name] = None if name in self._ids else part  # None if two elements share the id
         self._sources: dict[tuple[int, str], Floats] = {}
         self._geometries: dict[Any, MeshData] = {}
 
     def read_scene(self) -> None:
-        used = self._root.find("./scene/instance_visual_scene")
-        if used is None:
+        instance = self._root.find("./scene/instance_visual_scene")
+        if instance is None:
             raise ContentsError("it has no scene, so nothing in it is placed")
-        scene = self._target(used, "url", "visual_scene")
+        scene = self._target(instance, "url", "visual_scene")
         for node in scene.iterfind("node"):
             self._visit(node, np.eye(4))
         if (count := sum(1 for _ in self._root.iter("visual_scene"))) > 1:
@@ -82,8 +83,8 @@ class _Reader:
             raise ContentsError(f"the {attribute} of a {part.tag} of it is {shown(name)}, which is no {kind} of the document")
         return target
 
-    def _visit(self, node: Element, above: Floats) -> None:
-        matrix = above
+    def _visit(self, node: Element, parent_matrix: Floats) -> None:
+        matrix = parent_matrix
         for part in node:
             if part.tag in ("skew", "lookat"):
                 raise ContentsError(f"a node of it is placed by a {part.tag}, which is not known here; save it with matrices")
@@ -123,20 +124,20 @@ class _Reader:
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        used = [_Look()]  # as `lengths`
+        part_looks = [_Look()]  # one for each item of `lengths`
         for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
-            own = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
-            if own is None:
+            vertex_offset = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
+            if vertex_offset is None:
                 raise ContentsError(f"the {p.tag} of its mesh {shown(name)} have no input of vertices")
-            inputs += [(i, own) for i in mesh.iterfind("vertices/input")]
-            table, counts = _corners(p, 1 + max(offset for _, offset in inputs), own)
+            inputs += [(i, vertex_offset) for i in mesh.iterfind("vertices/input")]
+            table, counts = _corners(p, 1 + max(offset for _, offset in inputs), vertex_offset)
             if p.tag.startswith("line"):
-                check_range(table[:, own], 0, len(points), f"the corners of its {p.tag}")
-                edges.append(edges_of(table[:, own], counts))
+                check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
+                edges.append(edges_of(table[:, vertex_offset], counts))
                 continue
             look = looks.get(p.get("material", ""), _Look())
-            corners.append(table[:, own])
+            corners.append(table[:, vertex_offset])
             lengths.append(counts)
             for attribute, semantic in (("normals", "NORMAL"), ("colors", "COLOR"), ("wedge_texture_coordinates", "TEXCOORD")):
                 matching = [(i, offset) for i, offset in inputs if i.get("semantic") == semantic]
@@ -144,18 +145,18 @@ class _Reader:
                     matching = [(i, offset) for i, offset in matching if i.get("set", "0") == look.coordinates] or matching
                 if len(matching) > 1:
                     self.assembly.lost[f"further inputs {semantic}"] = None
-                one = np.full((len(table), len(_PARAMETERS[semantic])), np.nan)
+                column = np.full((len(table), len(_PARAMETERS[semantic])), np.nan)
                 for i, offset in matching[:1]:
                     source = self._values(i, semantic)
                     check_range(table[:, offset], 0, len(source), f"the corners of its {p.tag}")
-                    one[:, : source.shape[1]] = source[table[:, offset]]
-                    one[:, source.shape[1] :] = 1.0
-                values[attribute].append(one)
-            used.append(look)
+                    column[:, : source.shape[1]] = source[table[:, offset]]
+                    column[:, source.shape[1] :] = 1.0
+                values[attribute].append(column)
+            part_looks.append(look)
         of_corners = {name: np.concatenate(each) for name, each in values.items() if each}
         counts = np.array([len(each) for each in lengths])
-        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in used], np.int32), counts)}
-        shades = np.repeat([look.colour for look in used], counts, axis=0)
+        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in part_looks], np.int32), counts)}
+        shades = np.repeat([look.colour for look in part_looks], counts, axis=0)
         if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
         what = f"the corners of its mesh {shown(name)}"
@@ -163,7 +164,7 @@ class _Reader:
         return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> Floats:
-        """(n, w) the values of an input, those that its accessor names."""
+        """Returns the (n, w) values that the accessor of an input selects."""
         source = self._target(part, "source", "source")
         key = id(source), semantic
         if key in self._sources:
@@ -209,7 +210,7 @@ class _Reader:
         return _Look() if text is None else _Look(tuple(numbers(text, "a colour of it", 4).tolist()))
 
     def _texture(self, effect: Element, name: str) -> int:
-        """The number of a texture: its name leads to a sampler, that to a surface, that to an image; or to the image at once."""
+        """Returns the number of a texture; its name leads to an image directly, or through a sampler and a surface."""
         parameters = {p.get("sid", ""): p for p in effect.iter("newparam")}
         for _ in range(3):
             if (parameter := parameters.get(name)) is None:
@@ -239,16 +240,16 @@ def _transform(part: Element) -> Floats:
     return matrix
 
 
-def _corners(p: Element, stride: int, own: int) -> tuple[Longs, Longs]:
-    """(c, stride) the indices of each corner of the polygons or lines of a primitive; (p,) how many corners each has."""
+def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]:
+    """Returns (c, stride) indices of the corners of a primitive, and (p,) the corner count of each polygon or line."""
     kind, count = p.tag, _whole(p, "count")
     if p.find("ph") is not None:
         raise ContentsError("its polygons have holes, which are not known here; save it with triangles")
     lists = [indices(text.text or "", f"the corners of its {kind}") for text in p.iterfind("p")]
     table = np.concatenate([np.empty(0, np.int64), *lists])
     if kind in ("triangles", "lines"):
-        each = 3 if kind == "triangles" else 2
-        lengths = np.full(len(table) // (each * stride), each)
+        size = 3 if kind == "triangles" else 2
+        lengths = np.full(len(table) // (size * stride), size)
     elif kind == "polylist":
         lengths = indices(" ".join(c.text or "" for c in p.iterfind("vcount")), "the numbers of corners")
     else:
@@ -259,13 +260,13 @@ def _corners(p: Element, stride: int, own: int) -> tuple[Longs, Longs]:
         raise ContentsError(f"its {count:,} {kind} take {int(lengths.sum()) * stride:,} indices, but {len(table):,} are there")
     table = table.reshape(-1, stride)
     if kind in ("tristrips", "trifans"):
-        table = table[triangles_of(table[:, own], lengths, fans=kind == "trifans").ravel()]
+        table = table[triangles_of(table[:, vertex_offset], lengths, fans=kind == "trifans").ravel()]
         lengths = np.full(len(table) // 3, 3)
     return table, lengths
 
 
 def _whole(part: Element, name: str, least: int | None = None) -> int:
-    """A whole number among the attributes of an element; `least` is the default, too."""
+    """Parses a whole-number attribute of an element; `least` is its lower bound and its default."""
     text = part.get(name, "" if least is None else str(least))
     if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
         raise ContentsError(f"the {name} of a {part.tag} of it is {shown(text)}")

@@ -1,4 +1,4 @@
-"""Reads 3MF archives within limits, since a few kilobytes may hold gigabytes and names lead out of them; writes them."""
+"""Reads 3MF archives, with limits against decompression bombs and paths out of the archive; writes 3MF."""
 
 import io
 import lzma
@@ -21,12 +21,12 @@ from .inputs import Reading, References, check_image, shown
 from .outputs import Writing
 from .scenes import Assembly, check_range, indices, levels, numbers, parse_xml, placing, read_tree, rows
 
-#: the contents may be so many times as large as the file, plus so many bytes: numbers written as text shrink to a tenth
+#: most unpacked bytes: a multiple of the file size, plus a constant; numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
-#: the elements that are read with their attributes; identifiers and names of spaces are no part of a mesh
+#: the elements that are read, and their attributes
 _KNOWN = {
     **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type", "pid", "pindex"}},
     **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3", "pid", "p1", "p2", "p3"}},
@@ -35,6 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
+#: attributes that are ignored without a note begin or end so: namespaces and identifiers
 _UNSAID = ("xmlns", "xml:", "UUID")
 #: extensions that are understood: materials, and parts of one model in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
@@ -45,7 +46,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: its vertices and triangles as the texts of their numbers, the attributes of triangles, and its components."""
+    """An object: texts of the numbers of vertices and triangles, attributes of triangles, and components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -57,7 +58,7 @@ class _Object:
 
 @dataclass
 class _Model:
-    """A model file; by their numbers colours, coordinates with their texture, and textures; how much of each kind is not read."""
+    """A model file: objects, build items, resources by id (colours, texture coordinates, textures), counts of unread parts."""
 
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[dict[str, str]] = field(default_factory=list)
@@ -68,13 +69,13 @@ class _Model:
     unread: Counter[str] = field(default_factory=Counter)
     _object: _Object = field(default_factory=lambda: _Object(("", "")))
     _group: list[str] = field(default_factory=list)
-    _beyond: int = 0
+    _ignored_depth: int = 0
 
     def start(self, tag: str, named: dict[str, str]) -> None:
-        if self._beyond or tag not in _KNOWN:
-            if not self._beyond and named.get("name") != "Application":  # the program, which is no part of the mesh
+        if self._ignored_depth or tag not in _KNOWN:
+            if not self._ignored_depth and named.get("name") != "Application":  # the program, which is no part of the mesh
                 self.unread[f"elements {shown(tag, 30)}"] += 1
-            self._beyond += 1
+            self._ignored_depth += 1
             return
         attributes = named
         if named.keys() - _KNOWN[tag]:
@@ -119,7 +120,7 @@ class _Model:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
     def end(self, tag: str) -> None:
-        self._beyond = max(self._beyond - 1, 0)
+        self._ignored_depth = max(self._ignored_depth - 1, 0)
 
 
 def read_3mf(path: Path, references: References) -> Reading:
@@ -157,7 +158,7 @@ class _Reader:
                 self.used |= {name} if name.endswith((".rels", "[Content_Types].xml")) else set()
 
     def read_build(self) -> str:
-        """Place everything that is to be built; its unit."""
+        """Places the items of the build; returns the unit of the model."""
         relations = read_tree(self._part("_rels/.rels")).iter()
         parts = [each.get("Target", "") for each in relations if each.get("Type", "").endswith("/3dmodel")]
         if len(parts) != 1:
@@ -178,7 +179,7 @@ class _Reader:
             raise ContentsError(f"it holds no part {shown(name)}")
         self.used.add(entry.filename)
         with self._archive.open(entry) as stream:
-            data = stream.read(self._left + 1)  # whatever the entry declares
+            data = stream.read(self._left + 1)  # the declared size is not trusted
         self._left -= len(data)
         if self._left < 0:
             raise ContentsError(f"its {self._size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
@@ -191,7 +192,7 @@ class _Reader:
         return self.models[name]
 
     def _place(self, use: dict[str, str], within: str, above: Floats) -> None:
-        """Place an object that a component or an item of a model names."""
+        """Places the object that a component or build item names."""
         where = use.get("path", within)
         model = self._model(where)
         if use["objectid"] not in model.objects:
@@ -272,17 +273,17 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres."""
+    """Write a mesh as the only object of a 3MF file, with every digit of its coordinates, in its unit or in millimetres."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
     notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
     group, properties, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
     if (levels_of := vertex if vertex is not None else face) is not None:
-        shades, own = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
+        shades, shade_of_element = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
         colors = "".join(f'<m:color color="#{shade:08X}"/>' for shade in shades.tolist())
         group = f'<m:colorgroup id="2">{colors}</m:colorgroup>'
-        chosen = own[mesh.faces] if vertex is not None else own.reshape(-1, 1)
+        chosen = shade_of_element[mesh.faces] if vertex is not None else shade_of_element.reshape(-1, 1)
         properties = ' pid="2" p1="{}" p2="{}" p3="{}"' if vertex is not None else ' pid="2" p1="{}"'
     row = f'<triangle v1="{{}}" v2="{{}}" v3="{{}}"{properties}/>\n'
     unit = next((name for name, short in _UNITS.items() if short == mesh.unit), "millimeter")
@@ -295,6 +296,6 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     )
     with zipfile.ZipFile(target, "w") as archive:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            # of 1980, so that the same mesh makes the same bytes
+            # dated 1980, so that a mesh always gives the same bytes
             archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
     return notes

@@ -1,4 +1,4 @@
-"""Reads scenes in VRML 2.0, and in X3D in the same words or in XML; writes VRML 2.0."""
+"""Reads scenes in VRML 2.0, and in X3D with the same syntax or in XML; writes VRML 2.0."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
-#: a list of numbers, which is kept as one text; one word of a field; the texts of a field
+#: the beginning of a list of numbers, which is kept as one text; a word of a field; the strings of a field
 _NUMBERS = re.compile(r"[\s,]*(?:#[^\n\r]*[\s,]*)*(?:[-+.\d]|nan|inf)", re.IGNORECASE)
 _WORD = re.compile(r'[-+.0-9"]|(?:TRUE|FALSE|NULL|nan|inf)\Z')
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
@@ -35,16 +35,16 @@ _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
-#: their fields, of whose nodes one is shown by a number, and those that show nothing
+#: nodes that show one child, with the field of its number; fields whose nodes are not shown
 _CHOSEN, _HIDDEN = {"Switch": "whichChoice", "LOD": ""}, ("proxy", "metadata")
-#: the nodes of values: the field that has them, and how many numbers make one
+#: nodes of values: the field of the values, and how many numbers make a value
 _VALUES = {
     **dict.fromkeys(("Coordinate", "CoordinateDouble"), ("point", 3)),
     **{"Normal": ("vector", 3), "Color": ("color", 3), "ColorRGBA": ("color", 4), "TextureCoordinate": ("point", 2)},
 }
-#: corners of each face in sets of such faces, and the field with the corners of each strip or fan
+#: by kind of a set: how many corners a face has, or the field with the corner count of each strip or fan
 _SIZES, _COUNTS = {"Triangle": 3, "Quad": 4}, {"TriangleStrip": "stripCount", "TriangleFan": "fanCount"}
-#: types of nodes: the attribute, the field of indices, and the field for one value a vertex or one a face
+#: types of nodes, their attribute, the field of indices, and the field that says whether values are per vertex or face
 _ATTRIBUTES = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),
@@ -55,23 +55,23 @@ _ATTRIBUTES = (
 @dataclass(eq=False)
 class _Node:
     type: str
-    fields: dict[str, str] = field(default_factory=dict)  # the numbers, truths or texts of each field
-    parts: list[tuple[str, _Node]] = field(default_factory=list)  # the nodes in fields, each with the name of the field
+    fields: dict[str, str] = field(default_factory=dict)  # the numbers, booleans or strings of each field
+    parts: list[tuple[str, _Node]] = field(default_factory=list)  # the child nodes, each with the name of its field
 
     def part(self, *types: str) -> _Node | None:
-        """The first part of one of these types."""
+        """Returns the first child of one of these types."""
         return next((part for _, part in self.parts if part.type in types), None)
 
     def numbers(self, name: str, default: str, count: int | None = None) -> Floats:
         return scenes.numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
     def values(self) -> Floats:
-        """(n, w) those of a node of values."""
+        """Returns (n, w) the values of a node of values."""
         name, width = _VALUES[self.type]
         return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
     def is_true(self, name: str) -> bool:
-        """The truth of a field, which is true if it is not there."""
+        """Returns the boolean of a field; a missing field is true."""
         return self.fields.get(name, "TRUE").strip().upper() == "TRUE"
 
 
@@ -88,7 +88,7 @@ def _used(names: Mapping[str, _Node], name: str) -> _Node:
 
 
 def read_vrml(path: Path, references: References) -> Reading:
-    """Read a scene."""
+    """Read a scene in VRML, or in X3D with the same syntax."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
         raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")
@@ -143,7 +143,7 @@ class _Parser:
         return node
 
     def _field(self, node: _Node, name: str) -> str:
-        """Read a field of a node; the token behind it."""
+        """Reads a field of a node; returns the token after it."""
         _check_type(name)
         if not re.match(r"[^\W\d]", name):
             raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is due")
@@ -238,7 +238,7 @@ class _Reader:
             self.visit(child, matrix)
 
     def _check_harmless(self, node: _Node) -> None:
-        """Refuse a node of an unknown type of which a part, however deep, is a shape."""
+        """Refuse a node of an unknown type that contains a shape at any depth."""
         left = [node]
         while left:
             part = left.pop()
@@ -281,7 +281,7 @@ class _Reader:
 
 
 def _matrix(node: _Node) -> Floats:
-    """(4, 4) T C R S C^-1, the scale S along axes that are turned."""
+    """Returns the (4, 4) matrix T C R S C^-1; S scales along axes turned by ``scaleOrientation``."""
     first, second = (scenes.turn(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
     linear = first @ second @ np.diag(node.numbers("scale", "1 1 1", 3)) @ second.T
     center = node.numbers("center", "0 0 0", 3)
@@ -296,7 +296,7 @@ def _points(geometry: _Node) -> Floats:
 
 
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
-    """The indices of a field, which name one of so many values, and how many stand before each -1."""
+    """Returns the indices of a field, each below `count`, and how many indices precede each -1."""
     what = f"the {name} of a {shown(geometry.type, 30)}"
     numbers = scenes.indices(geometry.fields.get(name, ""), what)
     scenes.check_range(numbers, -1, count, what)
@@ -307,7 +307,7 @@ def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
 def _made(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """The part made of polygons, or of the triangles `chosen`, as numbers of corners, that strips and fans become."""
+    """Makes a part from polygons, or from triangles of strips and fans; `chosen` has the corner indices of the triangles."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:
@@ -316,18 +316,18 @@ def _made(
         values = node.values()
         of_faces = bool(per_vertex) and not geometry.is_true(per_vertex) and chosen is None
         if geometry.fields.get(field_name, "").strip() and chosen is None:
-            own, own_lengths = _runs(geometry, field_name, len(values))
-            if not of_faces and not np.array_equal(own_lengths, lengths):
+            chosen_values, value_counts = _runs(geometry, field_name, len(values))
+            if not of_faces and not np.array_equal(value_counts, lengths):
                 raise ContentsError(f"the {field_name} of a {geometry.type} of it does not fit its faces")
         else:
-            own = np.arange(len(lengths)) if of_faces else corners
-        needed = max(len(lengths) - len(own) + len(values) if of_faces else 0, int(own.max(initial=-1)) + 1)
+            chosen_values = np.arange(len(lengths)) if of_faces else corners
+        needed = max(len(lengths) - len(chosen_values) + len(values) if of_faces else 0, int(chosen_values.max(initial=-1)) + 1)
         if len(values) < needed:
             raise ContentsError(f"a {node.type} of it has {len(values):,} values, but its faces take {needed:,}")
         if not of_faces:
-            of_corners[attribute] = values[own if chosen is None else own[chosen.ravel()]]
+            of_corners[attribute] = values[chosen_values if chosen is None else chosen_values[chosen.ravel()]]
         elif attribute == "colors":
-            of_polygons[attribute] = scenes.levels(values[own[: len(lengths)]])
+            of_polygons[attribute] = scenes.levels(values[chosen_values[: len(lengths)]])
         else:
             assembly.lost["normals of faces"] = None
     if chosen is not None:
@@ -399,7 +399,7 @@ _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
 
 
 def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as one shape in VRML 2.0, every digit of its coordinates, with the colours of its vertices."""
+    """Write a mesh as one shape in VRML 2.0, with every digit of its coordinates, and the colours of its vertices."""
     colors, colour = mesh.vertex_attributes.get("colors"), ""
     if colors is not None:
         shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab truncates levels
