@@ -28,7 +28,7 @@ _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGB
 
 
 def read_collada(path: Path, references: References) -> Reading:
-    """Read a COLLADA document."""
+    """Reads a COLLADA document."""
     root = read_tree(path.read_bytes())
     if root.tag != "COLLADA":
         raise ContentsError("it holds no COLLADA document")
@@ -180,15 +180,15 @@ class _Reader:
         count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
         params = [p.get("name", "") for p in accessor.iterfind("param")]
         places = [k for k, p in enumerate(params) if p] or list(range(min(stride, len(values))))
-        wanted = _PARAMETERS[semantic]
-        if set(wanted[:3]) <= set(params):
-            places = [params.index(p) for p in wanted if p in params]
+        names = _PARAMETERS[semantic]
+        if set(names[:3]) <= set(params):
+            places = [params.index(p) for p in names if p in params]
         least = 3 if semantic != "TEXCOORD" else 2
         if len(places) < least or max(places) >= stride:
             raise ContentsError(f"an accessor of its {name} has {len(places)} values of {stride} at a time, and not {least}")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
-        rows = offset + stride * np.arange(count)[:, None] + places[: len(wanted)]
+        rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
         self._sources[key] = values[rows]
         return self._sources[key]
 
@@ -197,8 +197,8 @@ class _Reader:
             self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
             return _Look()
         material = self._target(instance, "target", "material")
-        used = material.find("instance_effect")
-        effect = None if used is None else self._target(used, "url", "effect")
+        effect_use = material.find("instance_effect")
+        effect = None if effect_use is None else self._target(effect_use, "url", "effect")
         diffuse = None if effect is None else effect.find("./profile_COMMON/technique/*/diffuse")
         if diffuse is None or effect is None:
             return _Look()
@@ -215,8 +215,8 @@ class _Reader:
         for _ in range(3):
             if (parameter := parameters.get(name)) is None:
                 break
-            used = next((p for p in parameter.iter() if p.tag in ("source", "init_from", "instance_image")), parameter)
-            name = (used.text or "").strip() or used.get("url", "").removeprefix("#")
+            source = next((p for p in parameter.iter() if p.tag in ("source", "init_from", "instance_image")), parameter)
+            name = (source.text or "").strip() or source.get("url", "").removeprefix("#")
         image = self._ids.get(name)
         place = None if image is None else next((p for p in image.iter() if p.tag in ("init_from", "ref") and not len(p)), None)
         if place is None or not (place.text or "").strip():

@@ -27,7 +27,7 @@ _SCAN = "scan"
 
 
 def read_e57(path: Path, references: References) -> Reading:
-    """Read an E57 file; the format defines coordinates in metres."""
+    """Reads an E57 file; the format defines coordinates in metres."""
     with _opened(path) as file:
         survey = _Survey(file)
         pieces = list(survey.pieces(None))
@@ -83,7 +83,7 @@ class _Survey:
             for fields in _chunks(self._file, header, kinds, size):
                 places = _placed(header, fields)
                 invalid = [fields[name] != 0 for name in _INVALID if name in fields]
-                kept = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
+                is_measured = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
                 attributes: dict[str, Array] = {}
                 if colored:
                     levels = _colors(header, fields)
@@ -94,7 +94,7 @@ class _Survey:
                     attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if is_whole else column
                 if len(self.headers) > 1:
                     attributes[_SCAN] = np.full(len(places), number, np.int32)
-                yield places[kept], {name: values[kept] for name, values in attributes.items()}
+                yield places[is_measured], {name: values[is_measured] for name, values in attributes.items()}
 
 
 @contextmanager

@@ -10,7 +10,7 @@ class ContentsError(PymeshfairError, ValueError):
 
 
 class FileError(RunError):
-    """A file, or a file that it names or that lies beside it, cannot be used; `reason` is one sentence."""
+    """A file, or one of its side files, cannot be used; `reason` is one sentence."""
 
     verb = "use"
 

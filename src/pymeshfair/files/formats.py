@@ -32,7 +32,7 @@ class Format:
     extensions: tuple[str, ...]  # without the dot, in lower case
     reader: str = ""  # ``module.function`` that reads it strictly, to the last byte; empty if there is none
     writer: str = ""  # ``module.function`` that writes it; empty if there is none
-    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names all others of a mesh
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names others
     rounding: float = 0.0  # largest relative change of a coordinate by writing
     begin: tuple[str, str] | None = None  # pattern of its first bytes in Latin-1, and their name in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates
@@ -58,7 +58,7 @@ _OBJ -= {"vertex opacities", "face opacities"}
 _COLOURS = frozenset(("faces", "vertex colours", "face colours", "vertex opacities", "face opacities"))
 _OFF = _COLOURS | {"edges", "vertex normals", "vertex texture coordinates", "polygons"}
 _GLB = (_OBJ | _COLOURS) - {"polygons"}
-_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # their writers name those that are lost
+_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # the writers name losses among these
 _LAS = _POINTS | {"vertex scalars", "vertex radii"}
 _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))

@@ -40,7 +40,7 @@ _Part: TypeAlias = Mapping[str, Any]
 
 
 def read_gltf(path: Path, references: References) -> Reading:
-    """Read a glTF file."""
+    """Reads a glTF file."""
     text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise ContentsError(f"its document has more than {_PARTS:,} parts")
@@ -122,13 +122,13 @@ class _Reader:
             raise ContentsError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
         return parts[index]
 
-    def _visit(self, k: int, above: Floats) -> None:
+    def _visit(self, k: int, parent_matrix: Floats) -> None:
         node = self._at("nodes", k)
         if k in self._seen:
             raise ContentsError("a node of it is its own child, or has two parents")
         self._seen.add(k)
         with self.assembly.within(k):
-            matrix = above @ _matrix(node, k)
+            matrix = parent_matrix @ _matrix(node, k)
             if "mesh" in node and (mesh := node["mesh"]) not in self._meshes:
                 groups: dict[str, list[_Part]] = {}  # primitives with the same vertices form one part
                 for p in self._at("meshes", mesh)["primitives"]:
@@ -171,7 +171,7 @@ class _Reader:
         return replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
 
     def _attribute(self, k: int, attributes: _Part, name: str) -> Floats:
-        """Returns (n, w) values of an attribute; integers of colours and texture coordinates become shares of 1."""
+        """Returns (n, w) values of an attribute; normalised integers are scaled to at most 1."""
         accessor = self._at("accessors", attributes[name])
         widths, kinds = _READ[name.partition("_")[0]]
         dtype, width = _COMPONENTS.get(accessor["componentType"]), _WIDTHS.get(accessor["type"])
@@ -214,12 +214,12 @@ class _Reader:
         material = self._at("materials", p["material"]) if "material" in p else {}
         surface = material.get("pbrMetallicRoughness", {})
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
-        if (used := surface.get("baseColorTexture")) is None:
+        if (texture_use := surface.get("baseColorTexture")) is None:
             return -1, None, colour
-        texture = self._at("textures", used["index"])
+        texture = self._at("textures", texture_use["index"])
         if "source" not in texture:
-            raise ContentsError(f"its texture {used['index']} is in a form that is not known here")
-        if (name := f"TEXCOORD_{used.get('texCoord', 0)}") not in attributes:
+            raise ContentsError(f"its texture {texture_use['index']} is in a form that is not known here")
+        if (name := f"TEXCOORD_{texture_use.get('texCoord', 0)}") not in attributes:
             self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
             return -1, None, colour
         uv = self._attribute(k, attributes, name)
@@ -330,14 +330,14 @@ def _losses(document: _Part) -> Iterator[str]:
         yield "morph targets"
     if named := [n for n in ("meshes", "nodes", "materials") if any("name" in x for x in document.get(n, ()))]:
         yield f"names of {', '.join(named)}"
-    parts = [x for v in document.values() if isinstance(v, list) for x in v if isinstance(x, dict)]
-    if any("extras" in x for x in (document, *parts)):
+    objects = [x for v in document.values() if isinstance(v, list) for x in v if isinstance(x, dict)]
+    if any("extras" in x for x in (document, *objects)):
         yield "extras"
     yield from (f"extension {name}" for name in document.get("extensionsUsed", ()) if name != _QUANTIZED)
-    used = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
-    used -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
-    if used:
-        yield f"of its materials {', '.join(sorted(used))}"
+    keys = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
+    keys -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
+    if keys:
+        yield f"of its materials {', '.join(sorted(keys))}"
 
 
 def _upright(uv: Floats) -> Floats:
@@ -405,7 +405,7 @@ class _Document:
 
 
 def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh, in metres if it has a unit; a vertex with several texture coordinates is split."""
+    """Writes a mesh, in metres if it has a unit; a vertex with several texture coordinates is split."""
     document, notes = _Document(), list[str]()
     vertex, uv, faces = _vertices(mesh)
     places = mesh.vertices[vertex].astype("<f4")

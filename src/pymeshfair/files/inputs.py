@@ -25,7 +25,7 @@ from .formats import READABLE, UNCHECKED, extension, listed, load_function
 IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
 #: pixels of the largest texture, 16,384 x 16,384: as pixels in memory it takes 1 GB
 LARGEST_IMAGE = 1 << 28
-#: an image with more pixels than the first (128 MB in memory) may not have more pixels per byte of its file than the second
+#: images above the first number of pixels (128 MB in memory) may have the second number of pixels per byte of their file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
 
 
@@ -63,7 +63,7 @@ class References:
 
 
 def check_regular(path: Path, mesh: Path) -> None:
-    """Refuse a path that is no readable regular file; `mesh` is the input: `path` itself, or the file that names it."""
+    """Refuses a path that is no readable regular file; `mesh` is the input: `path` itself, or the file that names it."""
     named = "" if path == mesh else f"{shown(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode
@@ -78,7 +78,7 @@ def check_regular(path: Path, mesh: Path) -> None:
 
 
 def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
-    """Refuse a texture whose content is no image, or an image with too many pixels."""
+    """Refuses a texture whose content is no image, or an image with too many pixels."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -128,7 +128,7 @@ _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gl
 
 
 def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
-    """Refuse a path that cannot be a mesh file of one of the formats, without opening it."""
+    """Refuses a path that cannot be a mesh file of one of the formats, without opening it."""
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
@@ -142,7 +142,7 @@ def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) 
 
 
 def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[Path], Reading] | None = None) -> Reading:
-    """Read a mesh file, or refuse it with an `InputError`; `unchecked` reads the formats of `UNCHECKED`."""
+    """Reads a mesh file, or refuses it with an `InputError`; `unchecked` reads the formats of `UNCHECKED`."""
     check_input(path)
     kind = extension(path)
     if kind in UNCHECKED and unchecked is None:
@@ -170,7 +170,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
 
 
 def check_magic(path: Path) -> None:
-    """Refuse a file whose first bytes do not fit its format, before reading all of it."""
+    """Refuses a file whose first bytes do not fit its format, before reading all of it."""
     with path.open("rb") as file:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
@@ -182,7 +182,7 @@ def check_magic(path: Path) -> None:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
-    """Refuse a file that another program changes while the context is open."""
+    """Refuses a file that another program changes while the context is open."""
     before = path.stat()
     yield
     after = path.stat()

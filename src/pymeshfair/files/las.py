@@ -58,7 +58,7 @@ def opened(path: Path) -> Iterator[Any]:
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # of lazrs; this class is no Exception and cannot be imported
+        if type(error).__name__ != "PanicException":  # of lazrs: no Exception, and not importable
             raise
         raise ContentsError(f"lazrs cannot decompress it: {error}") from None
 
@@ -87,7 +87,7 @@ def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
         from lazrs import LazrsError
     except ImportError as error:
         raise ContentsError(MISSING_LASPY) from error
-    logging.getLogger("laspy").addHandler(logging.NullHandler())  # errors that it logs are also raised
+    logging.getLogger("laspy").addHandler(logging.NullHandler())  # laspy also raises what it logs
     return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # ValueError: a point is cut
 
 
@@ -102,7 +102,7 @@ def chunks(reader: Any, size: int) -> Iterator[Any]:
 
 
 def read_las(path: Path, references: References) -> Reading:
-    """Read a LAS, LAZ or COPC file."""
+    """Reads a LAS, LAZ or COPC file."""
     with opened(path) as reader:
         header = copy.deepcopy(reader.header)
         names = [name for name in header.point_format.dimension_names if name not in _PLACE]
@@ -167,7 +167,7 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh with the header of their source LAS file; compressed if the output is LAZ."""
+    """Writes the vertices of a mesh with the header of their source LAS file; compressed if the output is LAZ."""
     return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
@@ -183,7 +183,7 @@ def write_las_pieces(
     document: LasDocument | None = None,
     writing: Writing | None = None,
 ) -> tuple[str, ...]:
-    """Write a cloud in pieces with equal attributes, at least one; `pieces` is called twice: to measure, and to write.
+    """Writes a cloud in pieces with equal attributes, at least one; `pieces` is called twice: to measure, and to write.
 
     Coordinates keep the steps of the document if these suffice. Without `writing` the step is the finest power of ten that
     32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
@@ -230,8 +230,8 @@ def _points(header: Any, vertices: Floats, columns: dict[str, Array], stored: _S
 
 
 def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
-    each: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
-    for name, values in each:
+    columns_and_axes: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
+    for name, values in columns_and_axes:
         if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
             is_whole = values.dtype.kind != "f" or bool((values == np.rint(values)).all())
             least, most, whole = ranges.get(name, (np.inf, -np.inf, True))

@@ -162,13 +162,13 @@ class ObjDocument:
 
 
 class _Corners(NamedTuple):
-    lines: Longs  # (p,) the line of each polygon
-    lengths: Longs  # (p,) the corner count of each polygon
+    lines: Longs  # (p,) the line of each face or polyline
+    lengths: Longs  # (p,) its corner count
     indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
 
 
 def read_obj(path: Path, references: References) -> Reading:
-    """Read an OBJ file and its materials."""
+    """Reads an OBJ file and its materials."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -272,8 +272,8 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
-    rest = numbers_of(tokens, lines, 4, width - 3)
-    if width == 4 and (rest != 1).any():
+    extra = numbers_of(tokens, lines, 4, width - 3)
+    if width == 4 and (extra != 1).any():
         notes["weights of vertices"] = None
     if b"#MRGB " in data:  # ZBrush has colours in comments: 8 digits of mask and colour a vertex
         masks = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
@@ -283,13 +283,13 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
             return width, vertices, painted, False
     if width < 6:
         return width, vertices, None, False
-    strange, top = ~((rest >= 0) & (rest <= 1)).all(axis=1), 1.0
-    if strange.any():
-        if width == 7 or not ((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all():
-            raise ContentsError(f"the colour of its vertex {int(np.argmax(strange)) + 1:,} is not from 0.0 to 1.0")
+    is_outside, top = ~((extra >= 0) & (extra <= 1)).all(axis=1), 1.0
+    if is_outside.any():
+        if width == 7 or not ((extra >= 0) & (extra <= 255) & (extra == np.rint(extra))).all():
+            raise ContentsError(f"the colour of its vertex {int(np.argmax(is_outside)) + 1:,} is not from 0.0 to 1.0")
         top = 255.0
     colors = np.full((len(lines), 4), 255, np.uint8)
-    colors[:, : width - 3] = np.rint(rest / top * 255.0)
+    colors[:, : width - 3] = np.rint(extra / top * 255.0)
     return width, vertices, colors, top > 1.0
 
 
@@ -413,7 +413,7 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the text of its file with changed numbers, or as a new text."""
+    """Writes a mesh as the text of its file with changed numbers, or as a new text."""
     document = mesh.document(ObjDocument)
     normals, of_corners = _normals_to_write(mesh, document)
     if document is not None and document.materials.lines:
@@ -443,8 +443,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices have moved, corners that share a vertex and a normal get the angle-weighted mean of their face normals. So sharp
-    edges stay sharp.
+    If vertices moved, corners with the same vertex and normal get the mean of their face normals by angle: edges stay sharp.
     """
     vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):
@@ -602,11 +601,11 @@ def _face_lines(
     notes += shape.notes
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
-    each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
+    corner_words = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
     if of_wedges is not None and (of_wedges < 0).any():
         for k in np.flatnonzero(corners[1] == 0).tolist():
-            each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
-    lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
+            corner_words[k] = corner_words[k].replace("/0", "/" if of_normals is not None else "", 1)
+    lines = [f"f {' '.join(run)}\n" for run in runs(corner_words, shape.lengths)]
     states = states[shape.triangles]
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
     current = [-1] * states.shape[1]

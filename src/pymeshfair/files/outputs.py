@@ -48,7 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Refuse an output that cannot be written, or without `overwrite` an existing one that was changed or has other sources."""
+    """Refuses an output that cannot be written, or without `overwrite` an existing one that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuse intervention maps that cannot or must not be written, by the rules of `check_output`."""
+    """Refuses intervention maps that cannot or must not be written, by the rules of `check_output`."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):
@@ -75,7 +75,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuse to replace files unless a run with the same sources wrote exactly these bytes."""
+    """Refuses to replace files unless a run with the same sources wrote exactly these bytes."""
     for path in existing:
         reason = made_from.differs(record)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != recorded_digest(record, path):
@@ -96,7 +96,7 @@ def material_path(output: Path) -> Path:
 def stage_textures(
     textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
 ) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
-    """Write textures to the staging folder; with `own` their names begin with the name of the output.
+    """Writes textures to the staging folder; with `own` their names begin with the name of the output.
 
     Returns the files to put in place, the textures already in place, and by texture name the file name beside the output.
     """
@@ -131,10 +131,10 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
         if not os.path.lexists(target):
             return target, False
         if target.is_file() and not target.is_symlink():
-            there = sha256_of(target)
-            if there == digest:
+            former_digest = sha256_of(target)
+            if former_digest == digest:
                 return target, True
-            if there == recorded_digest(record, target):
+            if former_digest == recorded_digest(record, target):
                 return target, False
     raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
 
@@ -178,7 +178,7 @@ def save_mesh(
     record: Mapping[str, Any] | None = None,
     own_texture_names: bool = False,
 ) -> Saved:
-    """Write a mesh without a matrix to the staging folder, for `output`, and flush it to the disk.
+    """Writes a mesh without a matrix to the staging folder, for `output`, and flushes it to the disk.
 
     `resolution` returns the mean edge, or the mean distance of points; `record` is the provenance of the replaced output.
     """

@@ -37,7 +37,7 @@ _UNITS = ("mm", "cm", "in")
 
 
 def read_stl(path: Path, references: References) -> Reading:
-    """Read an STL file; corners with equal coordinates are one vertex."""
+    """Reads an STL file; corners with equal coordinates are one vertex."""
     data = path.read_bytes()
     doubts: tuple[str, ...] = ()
     colors, extras, others = None, [], 0
@@ -120,7 +120,7 @@ def _text_corners(tokens: Tokens) -> Floats:
 
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the faces of a mesh as a binary file, with the header of its source STL file."""
+    """Writes the faces of a mesh as a binary file, with the header of its source STL file."""
     head = (mesh.document(bytes) or _HEAD)[:80]
     head = _HEAD if head[:5].lower() == b"solid" else head
     if not (m := len(mesh.faces)):
@@ -148,7 +148,7 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def read_off(path: Path, references: References) -> Reading:
-    """Read an OFF file."""
+    """Reads an OFF file."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is binary; OFF files are read as texts alone")
@@ -261,7 +261,7 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
 
 
 def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh: normals before colours, as MeshLab reads them, and colours as levels up to 255."""
+    """Writes a mesh: normals before colours, as MeshLab reads them, and colours as levels up to 255."""
     attributes = mesh.vertex_attributes
     columns, prefix = list(mesh.vertices.T), ""
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
@@ -289,7 +289,7 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def polylines(edges: np.ndarray) -> Iterator[list[int]]:
     """Yields the curves that (e, 2) edges form between ends and forks; a closed curve ends with its first vertex."""
     at: dict[int, list[int]] = {}
-    left, pairs = [True] * len(edges), edges.tolist()
+    is_left, pairs = [True] * len(edges), edges.tolist()
     for number, ends in enumerate(pairs):
         for vertex in ends:
             at.setdefault(vertex, []).append(number)
@@ -297,19 +297,19 @@ def polylines(edges: np.ndarray) -> Iterator[list[int]]:
     for start in sorted(at, key=lambda vertex: (len(at[vertex]) == 2, vertex)):
         for first in at[start]:
             curve, number = [start], first
-            while left[number]:
-                left[number] = False
+            while is_left[number]:
+                is_left[number] = False
                 a, b = pairs[number]
                 curve.append(b if a == curve[-1] else a)
                 if len(at[curve[-1]]) != 2 or curve[-1] == start:
                     break
-                number = next((other for other in at[curve[-1]] if left[other]), number)
+                number = next((other for other in at[curve[-1]] if is_left[other]), number)
             if len(curve) > 1:
                 yield curve
 
 
 def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write curves as 3D polylines, with every digit of their coordinates."""
+    """Writes curves as 3D polylines, with every digit of their coordinates."""
     lines = ["0", "SECTION", "2", "HEADER", "9", "$ACADVER", "1", "AC1009", "0", "ENDSEC", "0", "SECTION", "2", "ENTITIES"]
     for curve in _curves(mesh):
         is_closed = curve[0] == curve[-1]
@@ -323,13 +323,13 @@ def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write curves as paths in mesh units, without the coordinate of their least extent, y upwards."""
+    """Writes curves as paths in mesh units, without the coordinate of their least extent, y upwards."""
     curves = _curves(mesh)
-    used = mesh.vertices[np.unique(mesh.edges)]
-    sizes = np.ptp(used, axis=0)
+    curve_vertices = mesh.vertices[np.unique(mesh.edges)]
+    sizes = np.ptp(curve_vertices, axis=0)
     axis = int(sizes.argmin())
     flat = np.delete(mesh.vertices, axis, axis=1) * [1.0, -1.0]
-    low, size = np.delete(used, axis, axis=1), np.delete(sizes, axis)
+    low, size = np.delete(curve_vertices, axis, axis=1), np.delete(sizes, axis)
     left, top = low[:, 0].min(), -low[:, 1].max()
     unit = mesh.unit if mesh.unit in _UNITS else ""
     places = [("L".join(f"{x!r},{y!r}" for x, y in flat[c].tolist()), "Z" if c[0] == c[-1] else "") for c in curves]

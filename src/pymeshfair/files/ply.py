@@ -50,7 +50,7 @@ class PlyDocument:
 
 
 def read_ply(path: Path, references: References) -> Reading:
-    """Read a PLY file."""
+    """Reads a PLY file."""
     header = read_header(path)
     if "vertex" not in [element.name for element in header.elements]:
         raise ContentsError("it has no element 'vertex'")

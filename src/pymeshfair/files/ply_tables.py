@@ -88,17 +88,17 @@ def read_header(path: Path) -> PlyHeader:
             data += file.read(_LONGEST_HEADER)
         file_size = file.seek(0, 2)
     header = parse_header(data)
-    left = file_size - header.size
+    bytes_left = file_size - header.size
     for element in header.elements:
         if element.count and not element.properties:
             raise ContentsError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
         # In a text a value takes at least a digit and a separator; lists may be empty.
         row = sum(2 if header.format == "ascii" else _SIZES[p.count_type or p.type] for p in element.properties)
         needed = element.count * row - (header.format == "ascii")
-        if needed > left:
+        if needed > bytes_left:
             what = f"{element.count:,} of {element.name!r}, which take at least {needed:,} bytes"
-            raise ContentsError(f"its header declares {what}, but only {max(left, 0):,} follow")
-        left -= needed
+            raise ContentsError(f"its header declares {what}, but only {max(bytes_left, 0):,} follow")
+        bytes_left -= needed
     if len({element.name for element in header.elements}) != len(header.elements):
         raise ContentsError("it declares an element twice")
     for element in header.elements:
@@ -267,9 +267,9 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         columns, end = _binary_columns(data, position, element, header.byte_order)
         tables[element.name] = Table(element, columns, (position, end))
         position = end
-    more = data[position:].tobytes().strip(_PADDING)
-    if more:
-        raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
+    trailing = data[position:].tobytes().strip(_PADDING)
+    if trailing:
+        raise ContentsError(f"{len(trailing):,} bytes follow behind all that its header declares")
     return tables
 
 
@@ -292,8 +292,8 @@ def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement,
         if p.count_type:
             at = np.repeat(at, lengths[:, k])
             at += indices_of_runs(np.zeros(n, np.int64), lengths[:, k]) * kind.itemsize
-        each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
-        values = np.ascontiguousarray(each).view(kind)[:, 0]
+        value_bytes = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
+        values = np.ascontiguousarray(value_bytes).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
     return columns, end
 
@@ -364,8 +364,8 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:
-        if (left := len(piece.lengths) - line) < element.count:
-            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
+        if (lines_left := len(piece.lengths) - line) < element.count:
+            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {lines_left:,} lines follow")
         lines = np.arange(line, line + element.count)
         line += element.count
         end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))

@@ -27,7 +27,7 @@ _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Write a mesh without a matrix; without `writing`, coordinates keep the type of the source file."""
+    """Writes a mesh without a matrix; without `writing`, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
         document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
@@ -303,17 +303,17 @@ def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
     before, names = document.tables[row.element.name].columns, [properties[k].name for k in columns]
     new = [np.asarray(row.columns[name]) for name in names]
     differs = [a != np.asarray(before[name]) for a, name in zip(new, names, strict=True)]
-    spans, each = changed_words(tokens, row.lines, columns, new, differs)
-    return patched(data.tobytes(), spans - (start - document.header.size), each)
+    spans, new_words = changed_words(tokens, row.lines, columns, new, differs)
+    return patched(data.tobytes(), spans - (start - document.header.size), new_words)
 
 
 def _lines(row: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
+        column_words = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
         if isinstance(column, Lists):
-            each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
-        columns.append(each)
+            column_words = [b" ".join((b"%d" % len(run), *run)) for run in runs(column_words, column.lengths)]
+        columns.append(column_words)
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"

@@ -43,7 +43,7 @@ class PointsDocument:
 
 
 def read_points(path: Path, references: References) -> Reading:
-    """Read a text of points."""
+    """Reads a text of points."""
     data = path.read_bytes()
     if (head := _EXPE.match(data)) is not None:
         return _expe(path, data, head)
@@ -132,9 +132,9 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
     if top:
         colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
         colors[:, :3] = np.rint(three[_COLOR] * (255 / top))
-    taken = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
+    standard = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
     for name, k in place.items():
-        if name not in taken:
+        if name not in standard:
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
     return three[_PLACE], attributes, top
@@ -142,11 +142,11 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
 
 def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
     sizes = {name: int(size) for name, size in re.findall(r"property (\w+) (\d+)", head[1].decode("ascii"))}
-    count, each, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
-    if not count or size != count * each:
-        raise ContentsError(f"it declares {count:,} points of {each:,} bytes, but {size:,} bytes follow")
+    count, row_size, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
+    if not count or size != count * row_size:
+        raise ContentsError(f"it declares {count:,} points of {row_size:,} bytes, but {size:,} bytes follow")
     row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
-    if "position" not in sizes or row.itemsize != each:
+    if "position" not in sizes or row.itemsize != row_size:
         raise ContentsError("it is a point set of Expe of a kind that is not known")
     points = np.frombuffer(data, row, count, head.end())
     kinds = (("normal", "normals", np.float64), ("radius", "radii", np.float64), ("color", "colors", np.uint8))
@@ -156,7 +156,7 @@ def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
 
 
 def read_ptx(path: Path, references: References) -> Reading:
-    """Read the points of all grids, transformed by the matrices of their heads."""
+    """Reads the points of all grids, transformed by the matrices of their headers."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -220,7 +220,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write vertices in the columns of their source text; else with normals, or in .pts with intensity and colours."""
+    """Writes vertices in the columns of their source text; else with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -82,7 +82,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fills `places` and `lengths`; `at` lists a half-edge from each vertex, `more` the next half-edge from the same vertex."""
+    """Fills `places` and `lengths`; `at` has a half-edge from each vertex, `more` links it to the next from the same vertex."""
     c, p, start = 0, 0, 0
     for count in counts:
         edges = (3 * members[start : start + count]).repeat(3)

@@ -94,8 +94,8 @@ def numbers(text: str, what: str, count: int | None = None) -> Floats:
             raise ValueError
         values = np.array(words, dtype=np.float64)
     except ValueError:
-        strange = next(w for w in words if not is_number(w))
-        raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
+        wrong_word = next(w for w in words if not is_number(w))
+        raise ContentsError(f"{shown(wrong_word, 30)} among {what} is no number; decimals are written with a point") from None
     if not np.isfinite(values).all():
         raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
     if count is not None and len(values) != count:
@@ -121,7 +121,7 @@ def indices(text: str, what: str) -> Longs:
 
 
 def check_range(values: Longs, least: int, below: int, what: str) -> None:
-    """Refuse indices that are not from `least` to `below` - 1."""
+    """Refuses indices that are not from `least` to `below` - 1."""
     wrong = (values < least) | (values >= below)
     if wrong.any():
         k = int(np.argmax(wrong))
@@ -260,9 +260,9 @@ def turned_over(part: MeshData) -> MeshData:
 
 def levels(colors: Floats) -> NDArray[np.uint8]:
     """Converts (n, 3) or (n, 4) colours from 0 to 1 to (n, 4) levels up to 255; NaN counts as 1."""
-    whole = np.full((len(colors), 4), 255, np.uint8)
-    whole[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
-    return whole
+    result = np.full((len(colors), 4), 255, np.uint8)
+    result[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
+    return result
 
 
 def _placed(part: MeshData, matrix: Floats) -> MeshData:

@@ -35,7 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
-#: attributes that are ignored without a note begin or end so: namespaces and identifiers
+#: beginnings and ends of the names of attributes that are ignored without a note: namespaces and identifiers
 _UNSAID = ("xmlns", "xml:", "UUID")
 #: extensions that are understood: materials, and parts of one model in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
@@ -71,16 +71,16 @@ class _Model:
     _group: list[str] = field(default_factory=list)
     _ignored_depth: int = 0
 
-    def start(self, tag: str, named: dict[str, str]) -> None:
+    def start(self, tag: str, qualified: dict[str, str]) -> None:
         if self._ignored_depth or tag not in _KNOWN:
-            if not self._ignored_depth and named.get("name") != "Application":  # the program, which is no part of the mesh
+            if not self._ignored_depth and qualified.get("name") != "Application":  # the program, which is no part of the mesh
                 self.unread[f"elements {shown(tag, 30)}"] += 1
             self._ignored_depth += 1
             return
-        attributes = named
-        if named.keys() - _KNOWN[tag]:
-            attributes = {name.rpartition(":")[2]: value for name, value in named.items()}
-            for name in named:
+        attributes = qualified
+        if qualified.keys() - _KNOWN[tag]:
+            attributes = {name.rpartition(":")[2]: value for name, value in qualified.items()}
+            for name in qualified:
                 if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
                     self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
         try:
@@ -93,8 +93,8 @@ class _Model:
                     self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
                 case "model":
                     self.unit = attributes.get("unit", self.unit)
-                    for prefix in named.get("requiredextensions", "").split():
-                        if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                    for prefix in qualified.get("requiredextensions", "").split():
+                        if (space := qualified.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
                             raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
                 case "object":
                     if attributes["id"] in self.objects:
@@ -124,7 +124,7 @@ class _Model:
 
 
 def read_3mf(path: Path, references: References) -> Reading:
-    """Read a 3MF file."""
+    """Reads a 3MF file."""
     try:
         with zipfile.ZipFile(path) as archive:
             reader = _Reader(archive, path.stat().st_size, references)
@@ -160,7 +160,7 @@ class _Reader:
     def read_build(self) -> str:
         """Places the items of the build; returns the unit of the model."""
         relations = read_tree(self._part("_rels/.rels")).iter()
-        parts = [each.get("Target", "") for each in relations if each.get("Type", "").endswith("/3dmodel")]
+        parts = [relation.get("Target", "") for relation in relations if relation.get("Type", "").endswith("/3dmodel")]
         if len(parts) != 1:
             raise ContentsError(f"its relationships name {len(parts)} models and not 1")
         model = self._model(parts[0])
@@ -191,17 +191,17 @@ class _Reader:
             parse_xml(self._part(name), self.models[name].start, self.models[name].end)
         return self.models[name]
 
-    def _place(self, use: dict[str, str], within: str, above: Floats) -> None:
+    def _place(self, use: dict[str, str], model_name: str, parent_matrix: Floats) -> None:
         """Places the object that a component or build item names."""
-        where = use.get("path", within)
+        where = use.get("path", model_name)
         model = self._model(where)
         if use["objectid"] not in model.objects:
             raise ContentsError(f"it places the object {shown(use['objectid'], 30)}, which is not there")
         item = model.objects[use["objectid"]]
-        matrix = above
+        matrix = parent_matrix
         if "transform" in use:
             columns = numbers(use["transform"], "a transform of it", 12).reshape(4, 3)
-            matrix = above @ placing(columns[:3].T, columns[3])
+            matrix = parent_matrix @ placing(columns[:3].T, columns[3])
         with self.assembly.within(id(item)):
             if item.part is None and (item.corners or item.coordinates):
                 item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
@@ -273,7 +273,7 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the only object of a 3MF file, with every digit of its coordinates, in its unit or in millimetres."""
+    """Writes a mesh as the only object of a 3MF file, with every digit of its coordinates, in its unit or in millimetres."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))

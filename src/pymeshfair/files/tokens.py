@@ -149,7 +149,7 @@ class Tokens:
     """The lines of a text, without empty ones and comments."""
 
     text: Bytes
-    kinds: NDArray[np.uint8]  # (t,) what each token is
+    kinds: NDArray[np.uint8]  # (t,) the kind of each token
     values: Floats  # (t,) the numbers, to the nearest double, 0 for words
     first: Longs  # (l + 1,) the first token of each line, and t
     #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
@@ -228,13 +228,13 @@ def _blank(match: re.Match[bytes]) -> bytes:
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
     """Returns (l, width) the numbers on lines after `skipped` words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
-    strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    refuse(tokens, lines, strange, "has something else than numbers; decimals are written with a point")
+    wrong = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
+    refuse(tokens, lines, wrong, "has something else than numbers; decimals are written with a point")
     return np.asarray(tokens.values[chosen])
 
 
 def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | None = None) -> None:
-    """Refuse the first of the lines that is wrong; {} in the reason stands for its count."""
+    """Refuses the first of the lines that is wrong; {} in the reason stands for its count."""
     if wrong.any():
         k = int(np.argmax(wrong))
         raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))

@@ -76,7 +76,7 @@ class _Node:
 
 
 def _check_type(type: str) -> None:
-    """Refuse a type of node that leads out of the document."""
+    """Refuses a type of node that leads out of the document."""
     if type in _REFUSED:
         raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without")
 
@@ -88,7 +88,7 @@ def _used(names: Mapping[str, _Node], name: str) -> _Node:
 
 
 def read_vrml(path: Path, references: References) -> Reading:
-    """Read a scene in VRML, or in X3D with the same syntax."""
+    """Reads a scene in VRML, or in X3D with the same syntax."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
         raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")
@@ -172,7 +172,7 @@ class _Parser:
 
 
 def read_x3d(path: Path, references: References) -> Reading:
-    """Read a scene in XML."""
+    """Reads a scene in XML."""
     root = scenes.read_tree(path.read_bytes())
     scene = root.find("Scene")
     if root.tag != "X3D" or scene is None:
@@ -211,23 +211,23 @@ class _Reader:
         self.shapes: dict[int, MeshData | None] = {}
         self._harmless: set[int] = set()
 
-    def visit(self, node: _Node, above: Floats) -> None:
+    def visit(self, node: _Node, parent_matrix: Floats) -> None:
         with self.assembly.within(id(node)):
             if not node.is_true("visible"):
                 self.assembly.lost["parts that are not visible"] = None
             elif node.type in _GROUPS:
-                self._visit_parts(node, above)
+                self._visit_parts(node, parent_matrix)
             elif node.type == "Shape":
                 if id(node) not in self.shapes:
                     self.shapes[id(node)] = self._shape(node)
                 if (part := self.shapes[id(node)]) is not None:
-                    self.assembly.place(part, above)
+                    self.assembly.place(part, parent_matrix)
             elif id(node) not in self._harmless:
                 self._check_harmless(node)
                 self.unread[node.type] += 1
 
-    def _visit_parts(self, node: _Node, above: Floats) -> None:
-        matrix = above @ _matrix(node) if node.type in _TRANSFORMS else above
+    def _visit_parts(self, node: _Node, parent_matrix: Floats) -> None:
+        matrix = parent_matrix @ _matrix(node) if node.type in _TRANSFORMS else parent_matrix
         parts = [part for name, part in node.parts if name not in _HIDDEN and not part.type.startswith("Metadata")]
         if node.type in _CHOSEN:
             chosen = int(node.numbers(_CHOSEN[node.type], "-1", 1)[0]) if _CHOSEN[node.type] else 0
@@ -238,15 +238,15 @@ class _Reader:
             self.visit(child, matrix)
 
     def _check_harmless(self, node: _Node) -> None:
-        """Refuse a node of an unknown type that contains a shape at any depth."""
-        left = [node]
-        while left:
-            part = left.pop()
+        """Refuses a node of an unknown type that contains a shape at any depth."""
+        pending = [node]
+        while pending:
+            part = pending.pop()
             if part.type == "Shape":
                 raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
             if id(part) not in self._harmless:
                 self._harmless.add(id(part))
-                left += [child for _, child in part.parts]
+                pending += [child for _, child in part.parts]
 
     def _shape(self, shape: _Node) -> MeshData | None:
         look = shape.part("Appearance")
@@ -257,8 +257,8 @@ class _Reader:
         part = _GEOMETRIES[geometry.type](geometry, self.assembly)
         texture = self._texture(look, geometry) if look is not None else -1
         if "wedge_texture_coordinates" in part.face_attributes:
-            whole = np.full(len(part.faces), texture, np.int32)
-            part = part.with_attributes(face={"texture": whole} if texture >= 0 else {"wedge_texture_coordinates": None})
+            texture_ids = np.full(len(part.faces), texture, np.int32)
+            part = part.with_attributes(face={"texture": texture_ids} if texture >= 0 else {"wedge_texture_coordinates": None})
         material = None if look is None else look.part("Material")
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
         if material is not None and "diffuseColor" in material.fields and not coloured:
@@ -399,12 +399,12 @@ _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
 
 
 def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as one shape in VRML 2.0, with every digit of its coordinates, and the colours of its vertices."""
+    """Writes a mesh as one shape in VRML 2.0, with every digit of its coordinates, and the colours of its vertices."""
     colors, colour = mesh.vertex_attributes.get("colors"), ""
     if colors is not None:
         shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab truncates levels
-        each = "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
-        colour = f"color Color {{ color [\n{each}\n] }}\n"
+        color_lines = "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
+        colour = f"color Color {{ color [\n{color_lines}\n] }}\n"
     points = "\n".join("{!r} {!r} {!r}".format(*place) for place in mesh.vertices.tolist())
     faces = "\n".join("{} {} {} -1".format(*face) for face in mesh.faces.tolist())
     coord = f"coord Coordinate {{ point [\n{points}\n] }}\n"

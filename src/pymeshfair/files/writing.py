@@ -62,7 +62,7 @@ def check_place(path: Path) -> bool:
 
 
 def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None:
-    """Refuse an extension that is none of `kinds`, a path where no file can be put, and without `overwrite` an existing file."""
+    """Refuses an extension that is none of `kinds`, a path where no file can be put, and without `overwrite` an existing file."""
     check_kind(path, kinds)
     _check_free(path, overwrite=overwrite)
 
@@ -73,7 +73,7 @@ def _check_free(path: Path, *, overwrite: bool) -> None:
 
 
 def check_kind(path: Path, kinds: Collection[str]) -> None:
-    """Refuse a file whose extension is none of `kinds`."""
+    """Refuses a file whose extension is none of `kinds`."""
     if extension(path) not in kinds:
         what = f"{path.suffix!r} is no format for it" if path.suffix else "it has no extension that says the format"
         raise OutputError(path, f"{what}; name a file that ends with {listed(tuple(kinds))}")
@@ -81,7 +81,7 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Lock an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
+    """Locks an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
@@ -139,7 +139,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def in_use(folder: Path) -> Iterator[None]:
-    """Hold a lock in a folder, so that it does not count as abandoned."""
+    """Holds a lock in a folder, so that it does not count as abandoned."""
     system = this_system()
     # The file gets its final name once it is locked, so that no other run sees an unlocked one.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
@@ -149,7 +149,7 @@ def in_use(folder: Path) -> Iterator[None]:
 
 
 def remove_folder(folder: Path) -> None:
-    """Remove a staging folder, even while another process still adds files to it."""
+    """Removes a staging folder, even while another process still adds files to it."""
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     with contextlib.suppress(OSError):
         folder.replace(gone)
@@ -158,7 +158,7 @@ def remove_folder(folder: Path) -> None:
 
 
 def clear_up(stage: Path, output: Path) -> None:
-    """Remove the staging folder and the lock file of a process that ended without removing them."""
+    """Removes the staging folder and the lock file of a process that ended without removing them."""
     remove_folder(stage)
     for _ in range(20):  # a dying process may close its pipes a moment before its locks
         try:
@@ -190,15 +190,15 @@ def _is_abandoned(folder: Path) -> bool:
 
 
 def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
-    """Write one file whole or not at all; if this fails, a former file stays."""
+    """Writes one file whole or not at all; if this fails, a former file stays."""
     _check_free(path, overwrite=overwrite)
-    made = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
+    temporary = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
     try:
-        _write_whole(made, data)
-        made.replace(path)
+        _write_whole(temporary, data)
+        temporary.replace(path)
     except BaseException as error:
         with contextlib.suppress(OSError):
-            made.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
             raise OutputError(path, _words(error)) from error
         raise
@@ -211,7 +211,7 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def to_disk(file: BinaryIO) -> None:
-    """Flush a file, and wait until the disk has its contents."""
+    """Flushes a file, and waits until the disk has its contents."""
     file.flush()
     os.fsync(file.fileno())
 
@@ -225,7 +225,7 @@ class StagedFile:
 
 
 def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
-    """Write a file into a staging folder."""
+    """Writes a file into a staging folder."""
     try:
         _write_whole(staged, data)
     except OSError as error:
@@ -234,7 +234,7 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Put all files in place in their order; if this fails, restore the former files. `outdated` is removed first.
+    """Puts all files in place in their order; if this fails, restores the former files. `outdated` is removed first.
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """

@@ -143,7 +143,7 @@ def as_levels(colors: Floats) -> NDArray[np.uint8]:
 
 
 def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
-    """Refuse to delete end points of the (e, 2) edges."""
+    """Refuses to delete end points of the (e, 2) edges."""
     if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
         raise MeshError(
             f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
@@ -160,8 +160,8 @@ def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
     finite = np.isfinite(wedges).all(axis=(1, 2))
     numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
     candidates = [finite & (numbers == number) for number in np.unique(numbers)]
-    used = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
-    counts = [np.isin(used, mesh.faces[mask]).sum() + mask.any() for mask in candidates]
+    added_vertices = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
+    counts = [np.isin(added_vertices, mesh.faces[mask]).sum() + mask.any() for mask in candidates]
     best = candidates[int(np.argmax(counts))]
     return best if best.any() else everywhere
 
@@ -185,10 +185,10 @@ def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":
-            used = np.zeros(len(mesh.vertices), dtype=np.bool_)
-            used[mesh.faces] = True
+            is_used = np.zeros(len(mesh.vertices), dtype=np.bool_)
+            is_used[mesh.faces] = True
             shades = values / 255.0
-            blend = _blend(shades, mesh.faces, added_faces, used, shades[of_faces])
+            blend = _blend(shades, mesh.faces, added_faces, is_used, shades[of_faces])
             face[name] = as_levels(np.concatenate([shades, blend]))
         elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[of_faces]])
@@ -211,8 +211,8 @@ def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
     )
 
 
-def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
-    return np.concatenate([values, np.full((count, *values.shape[1:]), by, values.dtype)])
+def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
+    return np.concatenate([values, np.full((count, *values.shape[1:]), fill, values.dtype)])
 
 
 def _find_donors(
@@ -223,17 +223,17 @@ def _find_donors(
     The donor of a face is an old face at the rim vertex nearest to its centroid; without a rim, all vertices count. `points` are
     (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
     """
-    givers = np.flatnonzero(may_donate)
-    at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
-    rim = np.isin(at, added_faces[added_faces < old])
+    donor_faces = np.flatnonzero(may_donate)
+    donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
+    rim = np.isin(donor_vertices, added_faces[added_faces < old])
     if rim.any():
-        at, first = at[rim], first[rim]
+        donor_vertices, first = donor_vertices[rim], first[rim]
     # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
     points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
-    tree = spatial.cKDTree(points[at])
+    tree = spatial.cKDTree(points[donor_vertices])
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
-    return at[near_vertex], givers[first[near_face] // 3]
+    return donor_vertices[near_vertex], donor_faces[first[near_face] // 3]
 
 
 def _continued_texture(
@@ -253,19 +253,19 @@ def _continued_texture(
     near[added_faces[added_faces < old]] = True
     for _ in range(_RINGS - 1):
         near[faces[near[faces].any(axis=1)]] = True
-    givers = np.flatnonzero(near[faces].any(axis=1) & may_donate)
-    if pixels is None or len(givers) == 0:
+    donor_faces = np.flatnonzero(near[faces].any(axis=1) & may_donate)
+    if pixels is None or len(donor_faces) == 0:
         return np.asarray(centroids[of])
-    samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
+    samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
     mean = samples.mean(axis=1)
-    used = np.zeros(old, dtype=np.bool_)
-    used[faces[givers]] = True
-    nearest = np.searchsorted(givers, of)
-    wanted = _blend(mean, faces[givers], added_faces, used, mean[np.minimum(nearest, len(givers) - 1)])
+    is_used = np.zeros(old, dtype=np.bool_)
+    is_used[faces[donor_faces]] = True
+    nearest = np.searchsorted(donor_faces, of)
+    blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
     # Contrast as a fourth coordinate prefers faces of uniform colour to faces across an edge in the image.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
-    _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
-    return np.asarray(centroids[givers[chosen]])
+    _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
+    return np.asarray(centroids[donor_faces[chosen]])
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
@@ -291,7 +291,7 @@ def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:
     """Returns the values; those that are not `fixed` become harmonic on the added faces (`harmonic_values`)."""
     from ..filters.fairing import harmonic_values
 
-    used, index = np.unique(added_faces, return_inverse=True)
+    vertices, index = np.unique(added_faces, return_inverse=True)
     continued = values.copy()
-    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], fixed[used])
+    continued[vertices] = harmonic_values(index.reshape(-1, 3), values[vertices], fixed[vertices])
     return continued

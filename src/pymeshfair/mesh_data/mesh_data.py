@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the mesh of the vertices in a mask (n,), with the faces (in a mask (m,)) and edges between these vertices."""
+        """Returns the part with the vertices of an (n,) mask, and the edges and faces (of an (m,) mask) that use only these."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:

@@ -22,7 +22,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
-    """Apply a filter to a mesh set without adding it to MeshLab's own script; returns its report."""
+    """Applies a filter to a mesh set without adding it to MeshLab's own script; returns its report."""
     with MESHLAB:
         try:
             result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
@@ -34,7 +34,7 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 
 
 def after_failure(meshset: Any, *, verbose: bool) -> None:
-    """Make MeshLab drop its pointer to the mesh set in which a filter has just failed.
+    """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
     Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even if it is freed. So a filter is applied to
     a mesh set of our own. A plugin never drops the log of a verbose mesh set, so this one is kept for ever.

@@ -23,7 +23,7 @@ class BuiltinFilters:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Apply the filter, and return its report. Absent values are MeshLab's defaults."""
+        """Applies the filter, and returns its report. Absent values are MeshLab's defaults."""
         converted = self._for_meshlab(declared, values)
         try:
             return self.call(declared.python_name, converted)
@@ -35,7 +35,7 @@ class BuiltinFilters:
             raise
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Call pymeshlab's filter of that name, and return its report."""
+        """Calls pymeshlab's filter of that name, and returns its report."""
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:

@@ -21,7 +21,7 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Import pymeshlab; raise an error if a plugin of it, such as that for PLY files, could not be loaded."""
+    """Imports pymeshlab; raises an error if a plugin of it, such as that for PLY files, could not be loaded."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 

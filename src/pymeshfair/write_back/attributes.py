@@ -1,9 +1,9 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
 pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
-helper attributes. Then they are overwritten through the vertex normals, which is slower: the vertices move to a line, vertex i
-to (i, 0, 0); from a helper cloud with the arrays as normals, "transfer attributes" copies the normal of the nearest point to
-each vertex; and expressions copy normals to attributes. Then coordinates and normals are restored. All this is exact.
+helper attributes. After that they are overwritten through the vertex normals, which is slower. Vertex i moves to (i, 0, 0). A
+helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
+and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
 Point attributes are never used: MeshLab reads freed memory for them.
 """
@@ -89,7 +89,7 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
-    """Set the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
+    """Sets the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
     with _on_a_line(bench, mesh) as line:
         for first in range(0, len(arrays), 3):
             line.send(arrays[first : first + 3])
@@ -97,7 +97,7 @@ def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: 
 
 
 def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
-    """Set the face attributes `names` of the current layer to the arrays.
+    """Sets the face attributes `names` of the current layer to the arrays.
 
     A face reads its numbers at one of its corners. In each round every vertex carries the index and two numbers of one of its
     faces. Rounds end when every face has read its numbers.
@@ -135,13 +135,13 @@ def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
 
 
 def _compute(bench: Workbench, element: Element, expressions: dict[str, str]) -> None:
-    """Set attributes of the current layer to expressions."""
+    """Sets attributes of the current layer to expressions."""
     for name, expression in expressions.items():
         bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=expression)
 
 
 def move_points(bench: Workbench, mesh: Any, points: Floats) -> None:
-    """Move the vertices of the current layer, which has no faces, and keep their normals."""
+    """Moves the vertices of the current layer, which has no faces, and keeps their normals."""
     with _on_a_line(bench, mesh) as line:
         line.points = points
 
@@ -176,7 +176,7 @@ class _Line:
         self.places = np.eye(1, 3) * np.arange(self.length + 1.0)[:, None]
 
     def send(self, columns: Sequence[NDArray[Any]]) -> None:
-        """Write at most three columns of numbers into the normals of the vertices."""
+        """Writes at most three columns of numbers into the normals of the vertices."""
         normals = np.zeros((self.length + 1, 3))
         for axis, values in enumerate(columns):
             normals[:-1, axis] = values
@@ -189,7 +189,7 @@ class _Line:
             self._bench.apply("transfer_attributes_per_vertex", **parameters)
 
     def put_back(self) -> None:
-        """Restore the coordinates and normals of the vertices."""
+        """Restores the coordinates and normals of the vertices."""
         self.send(list(self._normals.T))
         _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
         self.send(list(self.points.T))
@@ -207,7 +207,7 @@ def saved_attributes(meshset: Any, prefix: str) -> list[str]:
 
 
 def check_names(bench: Workbench, mesh: Any) -> None:
-    """Raise `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
+    """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
     for element, listed, points, name in _user_attributes(bench, mesh):
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             raise MeshError(
@@ -218,7 +218,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Set the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
+    """Sets the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
 
     The layer has passed `check_names`.
     """

@@ -18,7 +18,7 @@ from .workbench import Workbench, check_taken, read_array
 
 
 def check_growable(mesh: Any) -> None:
-    """Raise `MeshError` if nothing can be added to the mesh without changing what is there."""
+    """Raises `MeshError` if nothing can be added to the mesh without changing what is there."""
     faces, edges = read_array(mesh, "faces"), np.sort(read_array(mesh, "edges"), axis=1)
     twice = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     if twice.any():
@@ -33,7 +33,7 @@ def check_growable(mesh: Any) -> None:
 
 
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
-    """Add vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
+    """Adds vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
 
     Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
     change; new faces have its texture. `vertices` is the number to add, `may_seed` the mask of possible seeds, at least one.
@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undo a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
+    """Undos a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -102,7 +102,7 @@ def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
 
 
 def _cut_out(bench: Workbench, mark: str) -> None:
-    """Cut the mesh where the mark of a face, an expression, differs from that of its neighbour."""
+    """Cuts the mesh where the mark of a face, an expression, differs from that of its neighbour."""
     bench.apply("compute_normal_by_function_per_face", x=mark, y="0", z="0")
     bench.apply("meshing_vertex_attribute_seam", normalmode="Face", colormode="None", texcoordmode="None")
 
@@ -112,14 +112,14 @@ def _subdivisions(vertices: int, faces: int) -> int:
     times = 1
     while True:
         side = 2**times
-        made = (side + 1) * (side + 2) // 2
+        vertices_made = (side + 1) * (side + 2) // 2
         # Three vertices are corners of the seed, and three more may stay with it. Each other vertex stays with one face, and a
         # face may keep three.
-        if made - 6 >= 3 * vertices and side * side - made > faces:
+        if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
 
 
 def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
-    """Move vertex i to (target[i], 0, 0)."""
+    """Moves vertex i to (target[i], 0, 0)."""
     bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

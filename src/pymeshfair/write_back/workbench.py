@@ -43,7 +43,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
 
 def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -> None:
-    """Raise `MeshError` unless MeshLab has stored an array of a mesh exactly."""
+    """Raises `MeshError` unless MeshLab has stored an array of a mesh exactly."""
     if not np.array_equal(now, wanted, equal_nan=now.dtype.kind == "f"):
         raise MeshError(f"MeshLab did not take the {what} of {mesh.label()!r} exactly; please report this mesh")
 
@@ -126,15 +126,15 @@ class Workbench:
         )
 
     def check(self, mesh_id: int, where: str = "") -> None:
-        """Raise `UnknownLayerError` if there is no layer of that id; the message begins with `where`."""
+        """Raises `UnknownLayerError` if there is no layer of that id; the message begins with `where`."""
         if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
             return
-        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
+        layers = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
         gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.helper_ids else ""
-        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
+        raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {layers}{gaps})")
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
-        """Apply a filter of MeshLab to the current layer; returns its report."""
+        """Applies a filter of MeshLab to the current layer; returns its report."""
         with MESHLAB:
             BASE.set_verbosity(self.meshset, False)
             BASE.set_parameter_verbosity(self.meshset, False)
@@ -159,7 +159,7 @@ class Workbench:
             BASE.set_current_mesh(self.meshset, current)
 
     def move_to(self, mesh: Any, places: NDArray[np.float64]) -> None:
-        """Move the vertices of the current layer, a mesh with faces, to (n, 3) places; raise `MeshError` unless exactly there."""
+        """Moves the vertices of the current layer, which has faces, to (n, 3) places; raises `MeshError` if they miss these."""
         with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
             for _ in range(_MOST_MORPHS):
                 self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
@@ -182,7 +182,7 @@ class Workbench:
             self.set_matrix(mesh, matrix)
 
     def set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
-        """Set the matrix of a layer, unless it has this matrix already."""
+        """Sets the matrix of a layer, unless it has this matrix already."""
         if np.array_equal(mesh.transform_matrix(), matrix):
             return
         current = BASE.current_mesh_id(self.meshset)

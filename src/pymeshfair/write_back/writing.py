@@ -70,7 +70,7 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restore the current layer; returns the names of what is lost."""
+        """Restores the current layer; returns the names of what is lost."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -101,12 +101,12 @@ class _Before:
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
-    """Apply a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
+    """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
     Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
     after any filter of MeshLab. New layers come last, and the first of them becomes the current layer.
 
-    If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`), but not after a deletion.
+    If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
     mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
@@ -166,29 +166,28 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
-    """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
+    """Adds the edit's vertices and faces to the current layer, which has faces and no matrix.
 
-    Returns an edit with what remains to be written to the larger mesh, such as coordinates and selection, and sentences about
-    losses.
+    Returns an edit of the larger mesh with what remains to be written, such as coordinates, and sentences about losses.
     """
     check_growable(mesh)
     check_names(bench, mesh)
     before = _as_data(mesh)
     n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
     may_donate = _textured(bench, mesh, before, edit.added_faces)
-    made = with_additions(before, edit, may_donate)
-    remaining: dict[str, Any] = {"vertices": made.vertices, "added_vertices": None, "added_faces": None}
-    for element, attributes in zip(ELEMENTS, (made.vertex_attributes, made.face_attributes), strict=True):
+    enlarged = with_additions(before, edit, may_donate)
+    remaining: dict[str, Any] = {"vertices": enlarged.vertices, "added_vertices": None, "added_faces": None}
+    for element, attributes in zip(ELEMENTS, (enlarged.vertex_attributes, enlarged.face_attributes), strict=True):
         for name in ("selection", "scalars", "colors"):
             if name in attributes and getattr(edit, f"{element}_{name}") is None:
                 remaining[f"{element}_{name}"] = attributes[name] / 255.0 if name == "colors" else attributes[name]
 
-    seed, triangulated = grow(bench, mesh, len(made.vertices) - n, made.faces[len(faces) :], may_donate)
+    seed, triangulated = grow(bench, mesh, len(enlarged.vertices) - n, enlarged.faces[len(faces) :], may_donate)
     clear_beyond(bench, mesh, "vertex", n)
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
-    if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
+        write_wedge_uv(bench, mesh, wedges, enlarged.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
+    if (uv := enlarged.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
     notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
     return replace(edit, **remaining), notes
@@ -237,7 +236,7 @@ def _image(mesh: Any) -> tuple[Texture, ...]:
 
 
 def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
-    """Set the (n, 2) texture coordinates of the vertices."""
+    """Sets the (n, 2) texture coordinates of the vertices."""
     if np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
         return
     u, v = bring_in(bench, mesh, "vertex", list(uv.T))
@@ -246,14 +245,14 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Set one texture coordinate for each added face, and restore those of the seed."""
+    """Sets one texture coordinate for each added face, and restores those of the seed."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
     u, v = bring_in(bench, mesh, "face", list(columns.T))
-    own = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
+    seed_uv = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
     expressions = {
-        f"{axis}{corner}": f"fi=={seed}?{float(own[corner, column])!r}:{name}"
+        f"{axis}{corner}": f"fi=={seed}?{float(seed_uv[corner, column])!r}:{name}"
         for corner in range(3)
         for column, (axis, name) in enumerate((("u", u), ("v", v)))
     }
@@ -266,7 +265,7 @@ _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
 def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
-    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
+    """Writes the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
             _write_numbers(bench, mesh, element, "scalar", scalars)
@@ -298,7 +297,7 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
-    """Write the values of a kind, "normal" or "scalar", to vertices or faces."""
+    """Writes the values of a kind, "normal" or "scalar", to vertices or faces."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
@@ -328,13 +327,13 @@ def _channels(mesh: Any, element: Element) -> Floats:
 
 
 def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
-    """Set the selection of vertices or faces of the current layer."""
+    """Sets the selection of vertices or faces of the current layer."""
     name = f"{element}_selection"
     if np.array_equal(read_array(mesh, name), selection):
         return
     if selection.all() or not selection.any():
-        alike = "all" if selection.any() else "none"
-        bench.apply(f"set_selection_{alike}", allverts=element == "vertex", allfaces=element == "face")
+        all_or_none = "all" if selection.any() else "none"
+        bench.apply(f"set_selection_{all_or_none}", allverts=element == "vertex", allfaces=element == "face")
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
         bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
@@ -342,5 +341,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raise `MeshError` unless the mesh has exactly this array of `Layer`."""
+    """Raises `MeshError` unless the mesh has exactly this array of `Layer`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")
