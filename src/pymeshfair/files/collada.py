@@ -185,7 +185,7 @@ class _Reader:
             places = [params.index(p) for p in names if p in params]
         least = 3 if semantic != "TEXCOORD" else 2
         if len(places) < least or max(places) >= stride:
-            raise ContentsError(f"an accessor of its {name} has {len(places)} values of {stride} at a time, and not {least}")
+            raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, and not {least}")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]

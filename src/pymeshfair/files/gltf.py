@@ -57,7 +57,7 @@ def read_gltf(path: Path, references: References) -> Reading:
         raise
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         what = f"{type(error).__name__}: {str(error)[:60]}"
-        raise ContentsError(f"its document lacks something or has it wrong ({what})") from error
+        raise ContentsError(f"its document lacks a part or has a wrong one ({what})") from error
     return replace(reading, side_files=tuple(reader.files))
 
 
@@ -149,7 +149,7 @@ class _Reader:
             raise ContentsError(f"its mesh {k} has no positions")
         points = self._attribute(k, attributes, "POSITION")
         if {self._at("accessors", index)["count"] for index in attributes.values()} != {len(points)}:
-            raise ContentsError(f"the attributes of its mesh {k} are not equally many")
+            raise ContentsError(f"the attributes of its mesh {k} have different counts")
         parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
         faces, edges, textures, uvs, colours = zip(*parts, strict=True)
         counts, corners = [len(each) for each in faces], np.concatenate(faces)
@@ -191,10 +191,10 @@ class _Reader:
                 raise ContentsError(f"its accessor {p['indices']} of corners has a type that glTF does not allow")
             corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
             if corners.max() >= count:
-                raise ContentsError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
+                raise ContentsError(f"its accessor {p['indices']} names a vertex that is not among its {count:,}")
         width = {1: 2, 4: 3}.get(mode, 1)
         if len(corners) % width:
-            raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
+            raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which is no multiple of {width}")
         no_faces, no_edges, whole = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64), np.array([len(corners)])
         match mode:
             case 0:
@@ -284,7 +284,7 @@ class _Reader:
             kind = _COMPONENTS[sparse["indices"]["componentType"]]
             places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
             if places.min() < 0 or places.max() >= count:
-                raise ContentsError(f"its accessor {k} changes a value that is none of {count:,}")
+                raise ContentsError(f"its accessor {k} changes a value that is not among its {count:,}")
             values = values.copy()
             values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
         return values

@@ -324,7 +324,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         index, line = values[is_named], line_of[is_named]
         so_far = np.cumsum(tokens.keywords == word(kind.encode()))[line]
         index = np.where(index < 0, index + so_far, index - 1)
-        refuse(tokens, line, (index < 0) | (index >= so_far), f"names a {name} that is none of those before it")
+        refuse(tokens, line, (index < 0) | (index >= so_far), f"names a {name} that is not among those before it")
         indices[corner[is_named], slot] = index
     return _Corners(lines, per_line, indices)
 

@@ -56,7 +56,7 @@ def read_stl(path: Path, references: References) -> Reading:
             raise ContentsError(f"it declares {needed}, but it has {len(data):,}")
         raise ContentsError("it is neither a text that begins with 'solid' nor a binary file of the size that it declares")
     elif b"\0" in data:
-        raise ContentsError("it begins like a text, but is none")
+        raise ContentsError("it begins like a text, but is binary")
     else:
         tokens = tokenise(joined(data))
         corners, doubts = _text_corners(tokens), unended(data)
@@ -231,7 +231,7 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
     lengths, first = tokens.lengths[lines], tokens.first[lines]
     declared = tokens.values[first]
     whole = (tokens.kinds[first] == INTEGER) & (declared >= 2) & (declared <= lengths - 1)
-    refuse(tokens, lines, ~whole, "is no face: the number of its vertices and as many indices")
+    refuse(tokens, lines, ~whole, "is no face, which is a number of vertices and as many indices")
     counts = declared.astype(np.int64)
     sizes = lengths - 1 - counts
     if (wrong := ~np.isin(sizes, (0, 3, 4))).any():
@@ -243,7 +243,7 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
     corners = tokens.values[places]
     wrong = (tokens.kinds[places] != INTEGER) | (corners < 0) | (corners >= len(vertices))
     if wrong.any():
-        raise at_line(tokens, int(lines[of_face[np.argmax(wrong)]]), f"names a vertex that is none of its {len(vertices):,}")
+        raise at_line(tokens, int(lines[of_face[np.argmax(wrong)]]), f"names a vertex that is not among its {len(vertices):,}")
     corners = corners.astype(np.int32)
     colors = np.full((len(lines), 4), 255, np.uint8)
     for size in (3, 4):

@@ -192,7 +192,7 @@ def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
         raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
     if values.size and not (values.min() >= least and values.max() < count):
-        raise ContentsError(f"a {what} of it names a vertex that is none of its {count:,}")
+        raise ContentsError(f"a {what} of it names a vertex that is not among its {count:,}")
     return values.astype(np.int64)
 
 
@@ -221,7 +221,7 @@ def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
     sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
-        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
+        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, which do not fit num_cols and num_rows")
     if lists.lengths.max() > 1:
         raise ContentsError("a place of its grid has several vertices")
     grid: Longs = np.full(len(lists.lengths), -1, np.int64)
@@ -240,7 +240,7 @@ def _edges(table: Table | None, count: int) -> Ints:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
     if wrong.any():
-        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
+        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is not among its {count:,}")
     return pairs.astype(np.int32)
 
 

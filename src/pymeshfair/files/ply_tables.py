@@ -316,7 +316,7 @@ def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
     places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
-        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has an impossible length")
     return places, lengths, end
 
 

@@ -107,7 +107,7 @@ def rows(text: str, width: int, what: str) -> Floats:
     """Parses the numbers of a text as rows, (n, width)."""
     values = numbers(text, what)
     if len(values) % width:
-        raise ContentsError(f"{what} are {len(values):,} numbers, which are no whole number of {width}")
+        raise ContentsError(f"{what} are {len(values):,} numbers, which is no multiple of {width}")
     return values.reshape(-1, width)
 
 
@@ -125,7 +125,7 @@ def check_range(values: Longs, least: int, below: int, what: str) -> None:
     wrong = (values < least) | (values >= below)
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
+        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is no index into {below:,} values")
 
 
 class Assembly:

@@ -129,7 +129,7 @@ class _Parser:
         node = _Node(self._next() if name else token)
         _check_type(node.type)
         if not re.match(r"[^\W\d]", node.type) or self._next() != "{":
-            raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is due")
+            raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is expected")
         self._depth, self._count = self._depth + 1, self._count + 1
         if self._depth > scenes.DEEPEST or self._count > scenes.MOST_PLACED:
             raise ContentsError(f"its nodes are more than {scenes.DEEPEST} levels deep, or more than {scenes.MOST_PLACED:,}")
@@ -146,7 +146,7 @@ class _Parser:
         """Reads a field of a node; returns the token after it."""
         _check_type(name)
         if not re.match(r"[^\W\d]", name):
-            raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is due")
+            raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is expected")
         words: list[str] = []
         if (token := self._next()) == "[":
             if _NUMBERS.match(self._text, self._at):
@@ -350,10 +350,10 @@ def _set(geometry: _Node, assembly: Assembly) -> MeshData:
     if kind in _SIZES:
         size = _SIZES[kind]
         if len(corners) % size:
-            raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
+            raise ContentsError(f"{what} are {len(corners):,}, which is no multiple of {size}")
         return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
     if (lengths < 3).any() or lengths.sum() != len(corners):
-        raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
+        raise ContentsError(f"{what} are {len(corners):,}, which does not fit {name}")
     chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
     return _made(geometry, assembly, points, corners, lengths, what, chosen)
 
@@ -374,7 +374,7 @@ def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
         corners = np.arange(len(points))
         lengths = scenes.indices(geometry.fields.get("vertexCount", ""), "the vertexCount of a LineSet")
         if lengths.sum() != len(corners) or (lengths < 0).any():
-            raise ContentsError("the vertexCount of a LineSet of it says otherwise than its points")
+            raise ContentsError("the vertexCount of a LineSet of it does not fit its points")
     return MeshData(vertices=points, edges=edges_of(corners, lengths), vertex_attributes=vertex)
 
 

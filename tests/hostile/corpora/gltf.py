@@ -96,7 +96,7 @@ ROWS = (
     (
         "lines.gltf",
         doc(meshes__0__primitives__0__mode=1),
-        "a primitive of its mesh 0 has 3 corners, which are no whole number of 2",
+        "a primitive of its mesh 0 has 3 corners, which is no multiple of 2",
     ),
     (
         "strip.gltf",
@@ -126,7 +126,7 @@ ROWS = (
     (
         "idx_count2.gltf",
         doc(accessors__1__count=2),
-        "a primitive of its mesh 0 has 2 corners, which are no whole number of 3",
+        "a primitive of its mesh 0 has 2 corners, which is no multiple of 3",
     ),
     (
         "idx_u8.gltf",
