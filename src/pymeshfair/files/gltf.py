@@ -184,6 +184,7 @@ class _Reader:
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
+        """Returns the (f, 3) triangles and the (e, 2) edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])

@@ -53,9 +53,8 @@ class References:
         return path
 
     def find_image(self, name: str) -> Path | None:
-        """Returns the image of a name, else the image beside the mesh with the last part of the name, else None."""
+        """Returns the image of a name, else of its last part beside the mesh, since paths may be of another computer, or None."""
         last = name.replace("\\", "/").rpartition("/")[2]
-        # A path of the scanner's computer means the file of the same name beside the mesh.
         path = self.find(name) or self.find(last)
         if path is not None:
             check_image(path, self.mesh, path.name)

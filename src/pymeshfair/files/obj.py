@@ -240,6 +240,7 @@ def read_obj(path: Path, references: References) -> Reading:
 
 
 def _counts(tokens: Tokens) -> Counter[str]:
+    """Counts lines by their contents (`_LINES`); refuses a line without a keyword of the format."""
     counts = Counter[str]()
     for code, number in zip(*(a.tolist() for a in np.unique(tokens.keywords, return_counts=True)), strict=True):
         what = _CODES.get(code)

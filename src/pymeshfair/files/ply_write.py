@@ -152,6 +152,7 @@ def _without_rows(table: Table | None) -> Table | None:
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
+    """Returns the table of an element: the rows `ids` of its table in the file, with `values` and `colors` in place."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}

@@ -77,6 +77,7 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
+    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:

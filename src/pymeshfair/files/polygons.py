@@ -149,6 +149,7 @@ def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: An
 
 @compiled
 def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> None:
+    """Fills `places` with the triangles of polygons: fans of convex polygons, else ears as long as there are any."""
     start, f = 0, 0
     normal = np.empty(3)
     for length in lengths:

@@ -296,6 +296,5 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     )
     with zipfile.ZipFile(target, "w") as archive:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            # dated 1980, so that a mesh always gives the same bytes
-            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # of 1980, so bytes do not depend on the date
     return notes

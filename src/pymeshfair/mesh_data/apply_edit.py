@@ -65,6 +65,7 @@ def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
 
 
 def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
+    """Returns an array of an edit in its declared type; refuses a wrong type, shape or value."""
     dtype = np.bool_ if name in _FLAGS else np.float64
     array = np.asarray(value)
     if array.dtype != dtype and (name in _FLAGS or not np.issubdtype(array.dtype, np.number)):

@@ -99,8 +99,7 @@ def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: 
 def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
     """Sets the face attributes `names` of the current layer to the arrays.
 
-    A face reads its numbers at one of its corners. In each round every vertex carries the index and two numbers of one of its
-    faces. Rounds end when every face has read its numbers.
+    A face reads its numbers at a corner: in each round every vertex carries the index and two numbers of one of its faces.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]

@@ -113,8 +113,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Three vertices are corners of the seed, and three more may stay with it. Each other vertex stays with one face, and a
-        # face may keep three.
+        # The seed has three vertices as corners and may keep three more; each other face may keep three.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1

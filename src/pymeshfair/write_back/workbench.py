@@ -36,8 +36,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
     try:
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
-        # Deleted elements still have their places, as in a mesh edited through other bindings; MeshLab itself compacts
-        # after each filter.
+        # Elements deleted through other bindings still have their places; MeshLab itself compacts after each filter.
         mesh.compact()
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
 
@@ -76,8 +75,7 @@ class Workbench:
 
     Attributes:
         meshset: the mesh set; any `pymeshlab.MeshSet` serves.
-        helper_ids: ids of helper layers, also of removed ones, ascending. MeshLab never uses an id twice, so every helper layer
-            leaves a gap.
+        helper_ids: ascending ids of helper layers, also of removed ones. MeshLab never uses an id twice, so they leave gaps.
         verbose: whether the mesh set reports its own filters on the screen; those applied here are silent.
         prints_parameters: whether it reports the parameters of its own filters.
     """
