@@ -14,9 +14,9 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .polygons import edges_of, triangles_of
-from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, turn
+from .scenes import METRES, Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: how many numbers each transformation of a node has
@@ -41,7 +41,7 @@ def read_collada(path: Path, references: References) -> Reading:
     short = next((name for name, length in METRES.items() if abs(metres - length) <= 1e-6 * length), None)
     extras = [f"{kind}s" for kind in _LOST if kind in kinds]
     extras += [f"its unit of {metres:g} m"] if short is None else []
-    extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
+    extras += [f"its upright axis {quoted(axis, 30)}"] if axis != "Y_UP" else []
     return reader.assembly.reading(path, "dae", extras, None if unit is None else short)
 
 
@@ -80,7 +80,7 @@ class _Reader:
         name = part.get(attribute, "")
         target = self._ids.get(name[1:]) if name.startswith("#") else None
         if target is None or target.tag != kind:
-            raise ContentsError(f"the {attribute} of a {part.tag} of it is {shown(name)}, which is no {kind} of the document")
+            raise ContentsError(f"the {attribute} of a {part.tag} of it is {quoted(name)}, which is no {kind} of the document")
         return target
 
     def _visit(self, node: Element, parent_matrix: Floats) -> None:
@@ -120,7 +120,7 @@ class _Reader:
 
     def _part(self, mesh: Element, looks: Mapping[str, _Look], name: str) -> MeshData:
         if (place := mesh.find("vertices/input[@semantic='POSITION']")) is None:
-            raise ContentsError(f"its mesh {shown(name)} has no positions")
+            raise ContentsError(f"its mesh {quoted(name)} has no positions")
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
@@ -129,7 +129,7 @@ class _Reader:
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
             vertex_offset = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
             if vertex_offset is None:
-                raise ContentsError(f"the {p.tag} of its mesh {shown(name)} have no input of vertices")
+                raise ContentsError(f"the {p.tag} of its mesh {quoted(name)} have no input of vertices")
             inputs += [(i, vertex_offset) for i in mesh.iterfind("vertices/input")]
             table, counts = _corners(p, 1 + max(offset for _, offset in inputs), vertex_offset)
             if p.tag.startswith("line"):
@@ -159,7 +159,7 @@ class _Reader:
         shades = np.repeat([look.colour for look in part_looks], counts, axis=0)
         if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
-        what = f"the corners of its mesh {shown(name)}"
+        what = f"the corners of its mesh {quoted(name)}"
         part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
         return replace(part, edges=np.concatenate(edges))
 
@@ -171,9 +171,9 @@ class _Reader:
             return self._sources[key]
         accessor = source.find("./technique_common/accessor")
         if accessor is None:
-            raise ContentsError(f"its source {shown(source.get('id', ''))} has no accessor")
+            raise ContentsError(f"its source {quoted(source.get('id', ''))} has no accessor")
         array = self._target(accessor, "source", "float_array")
-        name = f"array {shown(array.get('id', ''))}"
+        name = f"array {quoted(array.get('id', ''))}"
         values, declared = numbers(array.text or "", f"the {name}"), _whole(array, "count")
         if declared != len(values):
             raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(values):,}")
@@ -194,7 +194,7 @@ class _Reader:
 
     def _look(self, instance: Element) -> _Look:
         if instance.get("target", "")[1:] not in self._ids:
-            self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
+            self.assembly.lost[f"the material {quoted(instance.get('target', ''))}, which is not there"] = None
             return _Look()
         material = self._target(instance, "target", "material")
         effect_use = material.find("instance_effect")
@@ -220,7 +220,7 @@ class _Reader:
         image = self._ids.get(name)
         place = None if image is None else next((p for p in image.iter() if p.tag in ("init_from", "ref") and not len(p)), None)
         if place is None or not (place.text or "").strip():
-            self.assembly.lost[f"the texture {shown(name)}, which leads to no image"] = None
+            self.assembly.lost[f"the texture {quoted(name)}, which leads to no image"] = None
             return -1
         return self.assembly.texture(unquote(re.sub(r"\Afile:(//)?", "", (place.text or "").strip())))
 
@@ -229,11 +229,11 @@ def _transform(part: Element) -> Floats:
     v = numbers(part.text or "", f"a {part.tag} of a node of it", _TRANSFORMS[part.tag])
     match part.tag:
         case "translate":
-            return placing(np.eye(3), v)
+            return affine_matrix(np.eye(3), v)
         case "scale":
-            return placing(np.diag(v))
+            return affine_matrix(np.diag(v))
         case "rotate":
-            return placing(turn(v[:3], np.radians(v[3])))
+            return affine_matrix(rotation(v[:3], np.radians(v[3])))
     matrix = v.reshape(4, 4)
     if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
         raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
@@ -269,12 +269,12 @@ def _whole(part: Element, name: str, least: int | None = None) -> int:
     """Parses a whole-number attribute of an element; `least` is its lower bound and its default."""
     text = part.get(name, "" if least is None else str(least))
     if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
-        raise ContentsError(f"the {name} of a {part.tag} of it is {shown(text)}")
+        raise ContentsError(f"the {name} of a {part.tag} of it is {quoted(text)}")
     return int(text)
 
 
 def _offset(part: Element) -> int:
     text = part.get("offset", "0")
     if text not in map(str, range(32)):
-        raise ContentsError(f"the offset of an input of it is {shown(text)}")
+        raise ContentsError(f"the offset of an input of it is {quoted(text)}")
     return int(text)

@@ -22,7 +22,7 @@ from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
-from .scenes import METRES, Assembly, levels, placing
+from .scenes import METRES, Assembly, affine_matrix, levels
 
 #: most parts of a document; a million take a second to read
 _PARTS = 1_000_000
@@ -319,7 +319,7 @@ def _matrix(node: _Part, k: int) -> Floats:
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         linear += 2 * (w * cross + cross @ cross)
     linear *= _numbers(node.get("scale", [1, 1, 1]), 3, f"the scale of node {k}")
-    return placing(linear, _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}"))
+    return affine_matrix(linear, _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}"))
 
 
 def _losses(document: _Part) -> Iterator[str]:

@@ -48,7 +48,7 @@ class References:
         if not (self._allow_outside or path.resolve().is_relative_to(self._folder)):
             raise InputError(
                 self.mesh,
-                f"it names the file {shown(name)}, which is outside its folder; put it beside the mesh, or give --allow-outside",
+                f"it names the file {quoted(name)}, which is outside its folder; put it beside the mesh, or give --allow-outside",
             )
         return path
 
@@ -63,7 +63,7 @@ class References:
 
 def check_regular(path: Path, mesh: Path) -> None:
     """Refuses a path that is no readable regular file; `mesh` is the input: `path` itself, or the file that names it."""
-    named = "" if path == mesh else f"{shown(str(path))}, which it names, "
+    named = "" if path == mesh else f"{quoted(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode
     except OSError as error:
@@ -87,15 +87,15 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or too large a one"
-        raise InputError(mesh, f"the texture {shown(name)} {why}") from error
+        raise InputError(mesh, f"the texture {quoted(name)} {why}") from error
     size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
     most = min(LARGEST_IMAGE, max(_SMALL_IMAGE, _PIXELS_A_BYTE * size))
     if width * height > most:
         why = f"has {width:,} x {height:,} pixels; in {size:,} bytes {most:,} are the most"
-        raise InputError(mesh, f"the texture {shown(name)} {why}")
+        raise InputError(mesh, f"the texture {quoted(name)} {why}")
 
 
-def shown(name: str, length: int = 80) -> str:
+def quoted(name: str, length: int = 80) -> str:
     """Quotes a name from a file for a message: shortened, and with control characters escaped."""
     return repr(name if len(name) <= length else f"{name[:length]}...")
 

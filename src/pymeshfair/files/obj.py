@@ -19,7 +19,7 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import source_ids
 from .errors import ContentsError, InputError
-from .inputs import Reading, References, shown, unended
+from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
 from .polygons import are_equal, edges_of, numbered, outlines, triangulated
 from .tokens import (
@@ -111,14 +111,14 @@ class Materials:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:
             what = "is no text" if b"\0" in data else f"has more than {MATERIAL_LIMIT:,} bytes"
-            raise InputError(mesh, f"the material file {shown(path.name)} {what}")
+            raise InputError(mesh, f"the material file {quoted(path.name)} {what}")
         material: Material | None = None
         for line in re.split(r"\r\n|\n|\r", joined(data).decode("utf-8", "surrogateescape").removesuffix("\n")):
             keyword, _, rest = " ".join(re.sub(r"(^|\s)#.*", "", line).split()).partition(" ")
             if keyword == "newmtl":
                 material = self.named.setdefault(rest, Material())
                 if len(self.named) > MOST_MATERIALS:
-                    raise InputError(mesh, f"the material file {shown(path.name)} has more than {MOST_MATERIALS:,} materials")
+                    raise InputError(mesh, f"the material file {quoted(path.name)} has more than {MOST_MATERIALS:,} materials")
             elif keyword:
                 self._take(material, keyword, rest)
             self.lines.append(line)
@@ -369,7 +369,7 @@ def _materials(
         if others := [word for word in materials.others if word not in before]:
             notes[f"{', '.join(others)} of the material file {file.name}"] = None
     if files and (unknown := set(names) - set(materials.named)):
-        notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
+        notes[f"uses of the material {quoted(min(unknown))}, which its material files do not have"] = None
     return materials, files
 
 

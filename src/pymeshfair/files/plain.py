@@ -12,7 +12,7 @@ from ..filters.mesh import Floats, Ints, Longs
 from ..mesh_data import MeshData, Source
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, shown, unended
+from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
 from .polygons import numbered, outlines, triangulated
 from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, rows, runs, tokenise, word
@@ -86,13 +86,13 @@ def _colors(head: bytes, bits: NDArray[np.uint16]) -> tuple[NDArray[np.uint8] | 
         return None, int((bits != 0).sum())
     colors = np.full((len(bits), 4), 255, np.uint8)
     if magics:
-        colors[:, :3] = _color_of(head)
+        colors[:, :3] = _header_color(head)
     for k, shift in enumerate(_MAGICS if magics else _VISCAM):
         colors[is_coloured, k] = np.rint((bits[is_coloured] >> shift & 31) * (255 / 31))
     return colors, 0 if magics else int((~is_coloured & (bits != 0)).sum())
 
 
-def _color_of(head: bytes) -> list[int]:
+def _header_color(head: bytes) -> list[int]:
     return list((head + bytes(3)).partition(b"COLOR=")[2][:3] or bytes(3))
 
 
@@ -138,7 +138,7 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         levels = np.rint(colors[:, :3] * (31 / 255)).astype(np.uint16)
         shifts = np.array(_MAGICS if magics else _VISCAM, np.uint16)
         highest = 0 if magics and not head.startswith(_OF_MESHLAB) else _HIGHEST
-        plain = magics & (colors[:, :3] == _color_of(head)).all(axis=1)
+        plain = magics & (colors[:, :3] == _header_color(head)).all(axis=1)
         rows["bits"] = np.where(plain, highest ^ _HIGHEST, (levels << shifts).sum(axis=1) | highest)
         if (np.rint(levels * (255 / 31)) != colors[:, :3])[~plain].any():
             notes.append("colours of faces are rounded to 32 levels")
@@ -156,7 +156,7 @@ def read_off(path: Path, references: References) -> Reading:
     keyword = tokens.line(0).split()[0].decode("latin-1") if len(tokens.numbers) else "nothing"
     prefix = keyword.removesuffix("OFF")
     if prefix == keyword or prefix not in _PREFIXES:
-        raise ContentsError(f"it begins with {shown(keyword, 20)}, and not with OFF, COFF, NOFF, STOFF or their like")
+        raise ContentsError(f"it begins with {quoted(keyword, 20)}, and not with OFF, COFF, NOFF, STOFF or their like")
     line, n, m = _declared(tokens)
     vertices, attributes = _vertices(tokens, np.arange(line, line + n), prefix)
     faces, edges, face_attributes = _faces(tokens, np.arange(line + n, line + n + m), vertices)

@@ -16,7 +16,7 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
@@ -95,7 +95,7 @@ def numbers(text: str, what: str, count: int | None = None) -> Floats:
         values = np.array(words, dtype=np.float64)
     except ValueError:
         wrong_word = next(w for w in words if not is_number(w))
-        raise ContentsError(f"{shown(wrong_word, 30)} among {what} is no number; decimals are written with a point") from None
+        raise ContentsError(f"{quoted(wrong_word, 30)} among {what} is no number; decimals are written with a point") from None
     if not np.isfinite(values).all():
         raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
     if count is not None and len(values) != count:
@@ -237,21 +237,21 @@ class Assembly:
         )
 
 
-def placing(linear: Floats, move: Any = 0.0) -> Floats:
+def affine_matrix(linear: Floats, move: Any = 0.0) -> Floats:
     """Returns the (4, 4) matrix of a (3, 3) linear map with a translation after it."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, move
     return matrix
 
 
-def turn(axis: Floats, angle: float) -> Floats:
+def rotation(axis: Floats, angle: float) -> Floats:
     """Returns the (3, 3) rotation by an angle in radians about an axis of any length; a zero axis gives the identity."""
     x, y, z = axis / (np.linalg.norm(axis) or 1.0)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
-def turned_over(part: MeshData) -> MeshData:
+def with_reversed_faces(part: MeshData) -> MeshData:
     """Returns the part with its faces reversed."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
     turned = replace(part, faces=part.faces[:, [0, 2, 1]])
@@ -276,7 +276,7 @@ def _placed(part: MeshData, matrix: Floats) -> MeshData:
         if (normals := part.vertex_attributes.get("normals")) is not None:
             cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
             placed = placed.with_attributes({"normals": unit_vectors(normals @ cofactors.T)})
-    return turned_over(placed) if side < 0 else placed
+    return with_reversed_faces(placed) if side < 0 else placed
 
 
 def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) -> dict[str, Array]:

@@ -17,9 +17,9 @@ from ..filters.mesh import Floats
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, check_image, shown
+from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
-from .scenes import Assembly, check_range, indices, levels, numbers, parse_xml, placing, read_tree, rows
+from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
 #: most unpacked bytes: a multiple of the file size, plus a constant; numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
@@ -74,7 +74,7 @@ class _Model:
     def start(self, tag: str, qualified: dict[str, str]) -> None:
         if self._ignored_depth or tag not in _KNOWN:
             if not self._ignored_depth and qualified.get("name") != "Application":  # the program, which is no part of the mesh
-                self.unread[f"elements {shown(tag, 30)}"] += 1
+                self.unread[f"elements {quoted(tag, 30)}"] += 1
             self._ignored_depth += 1
             return
         attributes = qualified
@@ -82,7 +82,7 @@ class _Model:
             attributes = {name.rpartition(":")[2]: value for name, value in qualified.items()}
             for name in qualified:
                 if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
-                    self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
+                    self.unread[f"attributes {quoted(name, 30)} of the elements {tag!r}"] += 1
         try:
             match tag:
                 case "vertex":
@@ -95,14 +95,14 @@ class _Model:
                     self.unit = attributes.get("unit", self.unit)
                     for prefix in qualified.get("requiredextensions", "").split():
                         if (space := qualified.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
-                            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
+                            raise ContentsError(f"it needs the extension {quoted(space, 100)}, which is not known here")
                 case "object":
                     if attributes["id"] in self.objects:
-                        raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
+                        raise ContentsError(f"it has two objects {quoted(attributes['id'], 30)}")
                     self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
                     self.objects[attributes["id"]] = self._object
                     if attributes.get("type", "model") != "model":
-                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
+                        self.unread[f"objects of the type {quoted(attributes['type'], 30)}"] += 1
                 case "component" | "item":
                     uses = self.items if tag == "item" else self._object.components
                     uses.append({"objectid": attributes["objectid"], **attributes})
@@ -133,7 +133,7 @@ def read_3mf(path: Path, references: References) -> Reading:
         raise
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
-    extras = [f"its part {shown(name)}" for name in sorted(reader.parts.keys() - reader.used)]
+    extras = [f"its part {quoted(name)}" for name in sorted(reader.parts.keys() - reader.used)]
     unread = sum((model.unread for model in reader.models.values()), Counter[str]())
     extras += [f"{what} ({number:,})" for what, number in sorted(unread.items())]
     return reader.assembly.reading(path, "3mf", extras, unit)
@@ -152,7 +152,7 @@ class _Reader:
         for entry in archive.infolist():
             name = entry.filename
             if name in self.parts or name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
-                raise ContentsError(f"its part {shown(name)} is there twice, or leads out of the archive")
+                raise ContentsError(f"its part {quoted(name)} is there twice, or leads out of the archive")
             if not entry.is_dir():
                 self.parts[name] = entry
                 self.used |= {name} if name.endswith((".rels", "[Content_Types].xml")) else set()
@@ -165,7 +165,7 @@ class _Reader:
             raise ContentsError(f"its relationships name {len(parts)} models and not 1")
         model = self._model(parts[0])
         if model.unit not in _UNITS:
-            raise ContentsError(f"its unit is {shown(model.unit, 30)}, which no 3MF file can have")
+            raise ContentsError(f"its unit is {quoted(model.unit, 30)}, which no 3MF file can have")
         with np.errstate(all="ignore"):
             for item in model.items:
                 self._place(item, parts[0], np.eye(4))
@@ -176,7 +176,7 @@ class _Reader:
     def _part(self, name: str) -> bytes:
         entry = self.parts.get(name.removeprefix("/"))
         if entry is None:
-            raise ContentsError(f"it holds no part {shown(name)}")
+            raise ContentsError(f"it holds no part {quoted(name)}")
         self.used.add(entry.filename)
         with self._archive.open(entry) as stream:
             data = stream.read(self._left + 1)  # the declared size is not trusted
@@ -196,15 +196,15 @@ class _Reader:
         where = use.get("path", model_name)
         model = self._model(where)
         if use["objectid"] not in model.objects:
-            raise ContentsError(f"it places the object {shown(use['objectid'], 30)}, which is not there")
+            raise ContentsError(f"it places the object {quoted(use['objectid'], 30)}, which is not there")
         item = model.objects[use["objectid"]]
         matrix = parent_matrix
         if "transform" in use:
             columns = numbers(use["transform"], "a transform of it", 12).reshape(4, 3)
-            matrix = parent_matrix @ placing(columns[:3].T, columns[3])
+            matrix = parent_matrix @ affine_matrix(columns[:3].T, columns[3])
         with self.assembly.within(id(item)):
             if item.part is None and (item.corners or item.coordinates):
-                item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
+                item.part = self._mesh(item, model, f"object {quoted(use['objectid'], 30)}")
             if item.part is not None:
                 self.assembly.place(item.part, matrix)
             for component in item.components:
@@ -239,7 +239,7 @@ class _Reader:
                 uvs[places] = rows(" ".join(pairs), 2, f"the texture coordinates of {what}")[chosen].reshape(-1, 3, 2)
                 textures[places] = self.assembly.texture(model.textures.get(image, ""), self._image)
             elif group:
-                self.assembly.lost[f"properties of triangles in its group {shown(group, 30)}"] = None
+                self.assembly.lost[f"properties of triangles in its group {quoted(group, 30)}"] = None
         of_corners = {"wedge_texture_coordinates": uvs.reshape(-1, 2)}
         of_polygons: dict[str, Array | None] = {"texture": textures}
         if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):
@@ -257,7 +257,7 @@ class _Reader:
 
 def _color(text: str) -> list[float]:
     if not re.fullmatch(r"#([0-9a-fA-F]{2}){3,4}", text):
-        raise ContentsError(f"a colour of it is {shown(text, 30)}")
+        raise ContentsError(f"a colour of it is {quoted(text, 30)}")
     return [level / 255 for level in (*bytes.fromhex(text[1:]), 255)[:4]]
 
 

@@ -13,7 +13,7 @@ from ..filters.compilation import compiled
 from ..filters.mesh import Bools, Floats, Longs
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import shown
+from .inputs import quoted
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -242,7 +242,7 @@ def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | N
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:
     """Makes the error about line `k`, counted from 0, with its number, its beginning and the reason."""
-    return ContentsError(f"its line {tokens.numbers[k]:,}, {shown(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return ContentsError(f"its line {tokens.numbers[k]:,}, {quoted(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
 
 
 _CHUNK = 1 << 16

@@ -17,7 +17,7 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
 from . import scenes
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .outputs import Writing
 from .polygons import edges_of, triangles_of
 from .scenes import Assembly
@@ -81,9 +81,9 @@ def _check_type(type: str) -> None:
         raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without")
 
 
-def _used(names: Mapping[str, _Node], name: str) -> _Node:
+def _defined_node(names: Mapping[str, _Node], name: str) -> _Node:
     if name not in names:
-        raise ContentsError(f"it uses {shown(name, 30)}, which is not defined before")
+        raise ContentsError(f"it uses {quoted(name, 30)}, which is not defined before")
     return names[name]
 
 
@@ -124,19 +124,19 @@ class _Parser:
 
     def _node(self, token: str) -> _Node:
         if token == "USE":
-            return _used(self._names, self._next())
+            return _defined_node(self._names, self._next())
         name = self._next() if token == "DEF" else ""
         node = _Node(self._next() if name else token)
         _check_type(node.type)
         if not re.match(r"[^\W\d]", node.type) or self._next() != "{":
-            raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is expected")
+            raise ContentsError(f"{quoted(node.type, 30)} stands in it where a node is expected")
         self._depth, self._count = self._depth + 1, self._count + 1
         if self._depth > scenes.DEEPEST or self._count > scenes.MOST_PLACED:
             raise ContentsError(f"its nodes are more than {scenes.DEEPEST} levels deep, or more than {scenes.MOST_PLACED:,}")
         token = self._next()
         while token != "}":
             if not token:
-                raise ContentsError(f"it is cut short: a {shown(node.type, 30)} has no end")
+                raise ContentsError(f"it is cut short: a {quoted(node.type, 30)} has no end")
             token = self._next(4) if token == "ROUTE" else self._field(node, token)
         self._depth -= 1
         self._names[name] = node
@@ -146,7 +146,7 @@ class _Parser:
         """Reads a field of a node; returns the token after it."""
         _check_type(name)
         if not re.match(r"[^\W\d]", name):
-            raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is expected")
+            raise ContentsError(f"{quoted(name, 30)} stands in a {quoted(node.type, 30)} where the name of a field is expected")
         words: list[str] = []
         if (token := self._next()) == "[":
             if _NUMBERS.match(self._text, self._at):
@@ -186,7 +186,7 @@ def read_x3d(path: Path, references: References) -> Reading:
 def _of_element(part: Element, names: dict[str, _Node]) -> _Node:
     _check_type(part.tag)
     if (name := part.get("USE")) is not None:
-        return _used(names, name)
+        return _defined_node(names, name)
     node = _Node(part.tag, {name: text.replace(",", " ") if "url" not in name else text for name, text in part.attrib.items()})
     children = [child for child in part if child.tag not in _STATEMENTS]
     node.parts = [(child.get("containerField", "children"), _of_element(child, names)) for child in children]
@@ -243,7 +243,7 @@ class _Reader:
         while pending:
             part = pending.pop()
             if part.type == "Shape":
-                raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
+                raise ContentsError(f"a {quoted(node.type, 30)} of it has shapes, and such a node is not known here")
             if id(part) not in self._harmless:
                 self._harmless.add(id(part))
                 pending += [child for _, child in part.parts]
@@ -264,7 +264,7 @@ class _Reader:
         if material is not None and "diffuseColor" in material.fields and not coloured:
             shade = [*material.numbers("diffuseColor", "", 3), 1.0 - material.numbers("transparency", "0", 1)[0]]
             part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
-        return part if geometry.is_true("ccw") else scenes.turned_over(part)
+        return part if geometry.is_true("ccw") else scenes.with_reversed_faces(part)
 
     def _texture(self, look: _Node, geometry: _Node) -> int:
         if look.part("TextureTransform", "MultiTexture", "PixelTexture", "MovieTexture") is not None:
@@ -275,17 +275,17 @@ class _Reader:
         names = [unquote(a or b or c) for a, b, c in _TEXTS.findall(image.fields.get("url", "")) if a or b or c]
         images = [name for name in names if self._references.find_image(name)] or names
         if images and geometry.part("TextureCoordinate") is None:
-            self.assembly.lost[f"the texture {shown(images[0])} of a shape without texture coordinates"] = None
+            self.assembly.lost[f"the texture {quoted(images[0])} of a shape without texture coordinates"] = None
             return -1
         return self.assembly.texture(images[0]) if images else -1
 
 
 def _matrix(node: _Node) -> Floats:
     """Returns the (4, 4) matrix T C R S C^-1; S scales along axes turned by ``scaleOrientation``."""
-    first, second = (scenes.turn(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
-    linear = first @ second @ np.diag(node.numbers("scale", "1 1 1", 3)) @ second.T
+    turn, axes = (scenes.rotation(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
+    linear = turn @ axes @ np.diag(node.numbers("scale", "1 1 1", 3)) @ axes.T
     center = node.numbers("center", "0 0 0", 3)
-    return scenes.placing(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
+    return scenes.affine_matrix(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
 
 
 def _points(geometry: _Node) -> Floats:
@@ -297,14 +297,14 @@ def _points(geometry: _Node) -> Floats:
 
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
     """Returns the indices of a field, each below `count`, and how many indices precede each -1."""
-    what = f"the {name} of a {shown(geometry.type, 30)}"
+    what = f"the {name} of a {quoted(geometry.type, 30)}"
     numbers = scenes.indices(geometry.fields.get(name, ""), what)
     scenes.check_range(numbers, -1, count, what)
     ended = numbers if not len(numbers) or numbers[-1] < 0 else np.append(numbers, -1)
     return numbers[numbers >= 0], np.diff(np.flatnonzero(ended < 0), prepend=-1) - 1
 
 
-def _made(
+def _polygon_part(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
     """Makes a part from polygons, or from triangles of strips and fans; `chosen` has the corner indices of the triangles."""
@@ -335,12 +335,12 @@ def _made(
     return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons)
 
 
-def _set(geometry: _Node, assembly: Assembly) -> MeshData:
+def _face_set(geometry: _Node, assembly: Assembly) -> MeshData:
     kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
     points, what, name = _points(geometry), f"the corners of a {geometry.type!r}", _COUNTS.get(kind, "")
     if kind == "Face":
         runs = _runs(geometry, "coordIndex", len(points))
-        return _made(geometry, assembly, points, *runs, f"the coordIndex of a {geometry.type!r}")
+        return _polygon_part(geometry, assembly, points, *runs, f"the coordIndex of a {geometry.type!r}")
     if geometry.type.startswith("Indexed"):
         name = "index"
         corners, lengths = _runs(geometry, name, len(points))
@@ -351,14 +351,14 @@ def _set(geometry: _Node, assembly: Assembly) -> MeshData:
         size = _SIZES[kind]
         if len(corners) % size:
             raise ContentsError(f"{what} are {len(corners):,}, which is no multiple of {size}")
-        return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
+        return _polygon_part(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
     if (lengths < 3).any() or lengths.sum() != len(corners):
         raise ContentsError(f"{what} are {len(corners):,}, which does not fit {name}")
     chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
-    return _made(geometry, assembly, points, corners, lengths, what, chosen)
+    return _polygon_part(geometry, assembly, points, corners, lengths, what, chosen)
 
 
-def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
+def _line_set(geometry: _Node, assembly: Assembly) -> MeshData:
     points = _points(geometry)
     vertex: dict[str, Any] = {}
     if (color := geometry.part("Color", "ColorRGBA")) is not None:
@@ -387,13 +387,13 @@ def _elevation(geometry: _Node, assembly: Assembly) -> MeshData:
     points = np.stack([x * x_spacing, heights, z * z_spacing], axis=1)
     first = np.flatnonzero((x < wide - 1) & (z < deep - 1))
     corners = np.stack([first, first + wide, first + wide + 1, first + 1], axis=1)
-    return _made(geometry, assembly, points, corners.ravel(), np.full(len(first), 4), "the corners of an ElevationGrid")
+    return _polygon_part(geometry, assembly, points, corners.ravel(), np.full(len(first), 4), "the corners of an ElevationGrid")
 
 
 _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
-    "IndexedFaceSet": _set,
-    **{f"{prefix}{kind}Set": _set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
-    **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
+    "IndexedFaceSet": _face_set,
+    **{f"{prefix}{kind}Set": _face_set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
+    **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _line_set),
     "ElevationGrid": _elevation,
 }
 
