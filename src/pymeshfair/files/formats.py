@@ -1,4 +1,4 @@
-"""Table of the mesh formats: the functions that read and write each, and the contents that it holds."""
+"""Table of the mesh formats: which function reads or writes a format, and which contents it keeps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Format:
     extensions: tuple[str, ...]  # without the dot, in lower case
     reader: str = ""  # ``module.function`` that reads it strictly, to the last byte; empty if there is none
     writer: str = ""  # ``module.function`` that writes it; empty if there is none
-    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names others
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names the others
     rounding: float = 0.0  # largest relative change of a coordinate by writing
     begin: tuple[str, str] | None = None  # pattern of its first bytes in Latin-1, and their name in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates

@@ -119,7 +119,7 @@ def unended(text: bytes) -> tuple[str, ...]:
 
 
 MOST_TEXTURES = 1000
-#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or none of its format, or a package is missing;
+#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or has another format, or a package is missing;
 #: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
 #: the first bytes of a text in UTF-16, and the formats that allow this encoding

@@ -159,9 +159,9 @@ def _unit(records: list[Any]) -> str | None:
 
 
 def _extras(header: Any, records: Any) -> tuple[str, ...]:
-    kept = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
-    system = [r for r in kept if r.user_id == "LASF_Projection"]
-    others = len(kept) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in kept)
+    remaining = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
+    system = [r for r in remaining if r.user_id == "LASF_Projection"]
+    others = len(remaining) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in remaining)
     extras = ["its coordinate reference system"] if system else []
     return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
@@ -201,9 +201,9 @@ def write_las_pieces(
     stored = _dimensions(header, first_columns, ranges, notes)
     if 0 in ranges:
         least, most = (np.array([ranges[axis][end] for axis in range(3)]) for end in (0, 1))
-        fine = 0.0 if writing is None else WORTH_A_WARNING * writing.resolution()
-        if writing is None or not _suffices(header, first.vertices, least, most, fine):
-            _choose_scale(header, least, most, fine, notes)
+        resolution = 0.0 if writing is None else WORTH_A_WARNING * writing.resolution()
+        if writing is None or not _suffices(header, first.vertices, least, most, resolution):
+            _choose_scale(header, least, most, resolution, notes)
     compress = writing is not None and writing.extension == "laz"
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
@@ -312,20 +312,20 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
     return stored
 
 
-def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, fine: float) -> bool:
+def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolution: float) -> bool:
     reach = np.maximum(np.abs(least - header.offsets), np.abs(most - header.offsets))
     if (reach / header.scales >= 2**31 - 1).any():
         return False
     steps = np.rint((vertices - header.offsets) / header.scales)
     moved = np.abs(steps * header.scales + header.offsets - vertices).max()
-    return bool(moved <= max(fine, 4 * np.spacing(np.abs(vertices).max())))
+    return bool(moved <= max(resolution, 4 * np.spacing(np.abs(vertices).max())))
 
 
-def _choose_scale(header: Any, least: Floats, most: Floats, fine: float, notes: list[str]) -> None:
-    """Sets the steps of the header to resolve the length `fine`, or to the finest steps if it is 0."""
+def _choose_scale(header: Any, least: Floats, most: Floats, resolution: float, notes: list[str]) -> None:
+    """Sets the steps of the header to resolve the length `resolution`, or to the finest steps if it is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
-    step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest
+    step = 10.0 ** np.floor(np.log10(2 * resolution)) if resolution > 0 else finest
     if step < finest:
         raise ContentsError(
             f"coordinates over a length of {extent:.3g} in steps of {step:.3g} need more than the 32 bits of the format; "

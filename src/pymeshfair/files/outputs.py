@@ -213,7 +213,7 @@ def save_mesh(
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
-    """Returns a warning if the format rounds vertices noticeably; raises `OutputError` if it cannot tell them apart."""
+    """Returns a warning if rounding moves vertices noticeably; raises `OutputError` if it destroys the shape."""
     if kind.rounding == 0.0 or not (resolution := resolve()):
         return []
     rounding = float(np.abs(mesh.vertices).max()) * kind.rounding

@@ -174,7 +174,7 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
                     ear = k
                     break
             if ear < 0:
-                break  # it crosses itself: the rest becomes a fan
+                break  # the polygon crosses itself: its rest becomes a fan
             places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
             f += 1
             count -= 1
@@ -194,7 +194,7 @@ def are_equal(a: Array | None, b: Array | None) -> bool:
 
 
 def numbered(rows: Array) -> tuple[Longs, Longs]:
-    """Returns (u,) the first index of each distinct row of (n, k), and (n,) the number of each row; NaN equals nothing."""
+    """Returns (u,) the first index of each distinct row of (n, k), and (n,) the number of each row; NaN differs from NaN."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()

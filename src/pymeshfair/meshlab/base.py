@@ -36,8 +36,8 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
-    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even if it is freed. So a filter is applied to
-    a mesh set of our own. A plugin never drops the log of a verbose mesh set, so this one is kept for ever.
+    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even after it is freed. So a filter is applied to
+    a mesh set of our own. A plugin never drops the log of a verbose mesh set, so such a mesh set is never freed.
     """
     keeper = _keeper()
     keeper.apply_filter("set_selection_none")

@@ -119,7 +119,7 @@ class BuiltinFilters:
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used; it is relative if the typed length is, or without one if the default is."""
+        """Returns the length that a filter used: relative if the typed value, or without one the default, is relative."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length

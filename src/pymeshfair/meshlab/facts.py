@@ -121,7 +121,7 @@ class Former:
         return self.now
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
-        """Returns the equivalent values today of a value of an old parameter; None if `turns` does not have them."""
+        """Returns the equivalent values today of a value of an old parameter; None if `turns` has no entry."""
         cases = self.turns.get(parameter)
         if cases is None:
             return None
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Old names without capitals and blanks; those that changed nothing else are left out, since they are names of today."""
+    """Maps the plain forms of old names, except those equal to the plain form of the name of today."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

@@ -21,7 +21,7 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Imports pymeshlab; raises an error if a plugin of it, such as that for PLY files, could not be loaded."""
+    """Imports pymeshlab; raises an error if the package, or a plugin such as that for PLY files, lacks a system library."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 

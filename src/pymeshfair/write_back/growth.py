@@ -87,7 +87,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
-    """Returns a seed, a triangle outside polygons if there is one, and whether the mesh had to be triangulated for it."""
+    """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
     # All edges have a length now, so edges within polygons change the total. A list of polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
@@ -102,7 +102,7 @@ def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
 
 
 def _cut_out(bench: Workbench, mark: str) -> None:
-    """Cuts the mesh where the mark of a face, an expression, differs from that of its neighbour."""
+    """Cuts the mesh between neighbouring faces with different values of the expression `mark`."""
     bench.apply("compute_normal_by_function_per_face", x=mark, y="0", z="0")
     bench.apply("meshing_vertex_attribute_seam", normalmode="Face", colormode="None", texcoordmode="None")
 

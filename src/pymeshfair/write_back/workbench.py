@@ -29,7 +29,7 @@ EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
-    """Returns a C-contiguous copy of an array of `Layer` (those of pymeshlab are column by column).
+    """Returns a C-contiguous copy of an array of `Layer` (pymeshlab's arrays are column-major).
 
     Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
     """
@@ -157,7 +157,7 @@ class Workbench:
             BASE.set_current_mesh(self.meshset, current)
 
     def move_to(self, mesh: Any, places: NDArray[np.float64]) -> None:
-        """Moves the vertices of the current layer, which has faces, to (n, 3) places; raises `MeshError` if they miss these."""
+        """Moves the vertices of the current layer, which has faces, to (n, 3) places; raises `MeshError` if a place differs."""
         with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
             for _ in range(_MOST_MORPHS):
                 self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)

@@ -84,7 +84,7 @@ class _Before:
             restore("texture coordinates", self._put_back_wedges)
         if not lost and self._uv is not None:
             restore("texture coordinates of vertices", write_vertex_uv, self._uv)
-        # Normals follow coordinates, since they change with them. Selections are last, since helper attributes may change them.
+        # Coordinates change normals, so normals come later. Helper attributes may change selections, so selections are last.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
@@ -225,7 +225,7 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """Returns the image of a mesh with one texture; with several, pymeshlab does not say which face has which."""
+    """Returns the image of a mesh with one texture; with several, pymeshlab does not give the texture of each face."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
