@@ -36,7 +36,7 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
-    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even after it is freed. So a filter is applied to
+    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even after it is freed. So a filter runs on
     a mesh set of our own. A plugin never drops the log of a verbose mesh set, so such a mesh set is never freed.
     """
     keeper = _keeper()
