@@ -3,9 +3,9 @@
 An existing file is replaced only on request; a link, folder, pipe or device is never replaced. A run writes its files to a
 hidden staging folder beside the output, on the same file system, and `place` puts all of them in place, or none.
 
-A staging folder may be left behind by a power failure or a kill. A working process holds a lock in its folder, so the next run
-beside it removes the folders without a held lock. On a system without locks a user has to remove them. The folder of a run by
-tiles may hold hours of work, so it stays until the run is resumed.
+A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder, so the next
+run removes the folders beside its output in which no process holds a lock. On a system without locks users have to remove them.
+The folder of a run by tiles may hold hours of work, so it stays until the run is resumed.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ _KINDS = (
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"
-#: seconds after which a folder without a lock file counts as abandoned; a process may just make or remove a younger one
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
 _GRACE = 3600.0
 
 

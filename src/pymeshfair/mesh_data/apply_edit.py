@@ -221,8 +221,8 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, the nearest old vertex on the rim, and (b,) the donor of each added face.
 
-    The donor of a face is an old face at the rim vertex nearest to its centroid; without a rim, all vertices count. `points` are
-    (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
+    The donor of an added face is an old face at the rim vertex nearest to the centroid; without a rim, all vertices count.
+    `points` are (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
@@ -243,8 +243,8 @@ def _continued_texture(
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
     The image has no pixels for added faces. So an added face shows one colour, which should equal a blend of the colours around.
-    The old face near the added ones whose colour is nearest to the blend is taken. Without an image, (height, width, 3) `pixels`,
-    it is the donor. Corners are not used, since the image may show pixels of other charts there.
+    Of the old faces near the added ones, the face with the nearest colour is taken. Without an image, (height, width, 3) `pixels`,
+    the donor is taken. Corners are not used, since the image may show pixels of other charts there.
 
     `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible donors, `of` are the donors.
     """

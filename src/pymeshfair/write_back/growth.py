@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undos a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
+    """Undoes a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
