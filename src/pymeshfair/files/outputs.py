@@ -75,7 +75,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuses to replace files unless a run with the same sources wrote exactly these bytes."""
+    """Refuses to replace files unless a run with the same sources wrote exactly their bytes."""
     for path in existing:
         reason = made_from.differs(record)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != recorded_digest(record, path):
@@ -89,14 +89,14 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def material_path(output: Path) -> Path:
-    """The material file that MeshLab writes beside an OBJ file."""
+    """Returns the path of the material file beside an OBJ file."""
     return output.with_name(f"{output.name}.mtl")
 
 
 def stage_textures(
-    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
+    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, prefixed: bool = False
 ) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
-    """Writes textures to the staging folder; with `own` their names begin with the name of the output.
+    """Writes textures to the staging folder; with `prefixed` their names begin with the name of the output.
 
     Returns the files to put in place, the textures already in place, and by texture name the file name beside the output.
     """
@@ -114,7 +114,7 @@ def stage_textures(
         else:
             shutil.copyfile(texture.image, staged)
         this_system().flush(staged)
-        wished = f"{output.name}-{name}" if own else name
+        wished = f"{output.name}-{name}" if prefixed else name
         target, in_place = _free_target(output, wished, staged, record, {f.target for f in files})
         names[texture.name] = target.name
         reused += [target] if in_place else []
@@ -195,7 +195,7 @@ def save_mesh(
         warnings.append(f"{output.name} does not hold of {source.path.name}: {'; '.join(source.extras)}")
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
-    side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
+    side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
     missing = [texture.name for texture in every if texture.image is None]
     warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
