@@ -243,8 +243,8 @@ def _continued_texture(
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
     The image has no pixels for added faces. So an added face shows one colour, which should equal a blend of the colours around.
-    Of the old faces near the added ones, the face with the nearest colour is taken; without an image, (height, width, 3) `pixels`,
-    the donor. Corners are not used, since the image may show pixels of other charts there.
+    The near old face with the most similar colour is taken. Without an image, (height, width, 3) `pixels`, the donor is taken.
+    Corners are not used, since the image may show pixels of other charts there.
 
     `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible donors, `of` are the donors.
     """
