@@ -84,7 +84,7 @@ def test_other_bits_are_named(tmp_path: Path) -> None:
     """What stands behind a facet and is no colour is in no output, and is said."""
     mesh = read(tmp_path / "a.stl", binary(sphere(), list(range(80)), b"made on Monday"))
     assert mesh.source is not None
-    assert mesh.source.extras == ("its head 'made on Monday'", "what stands behind 79 of its facets and is no colour")
+    assert mesh.source.extras == ("its head 'made on Monday'", "the data behind 79 of its facets, which is no colour")
     for name in ("b.stl", "b.ply"):
         assert "behind 79 of its facets" in " ".join(save(mesh, tmp_path / name))
 

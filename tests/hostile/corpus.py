@@ -53,11 +53,11 @@ _TEXTS: tuple[tuple[str, str, str | None, tuple[int, int] | None, str | None], .
     ("words.xyz", "scanned by hand\n1 2 3\n4 5 6\n7 8 8\n", None, (3, 0), "titles 'scanned by hand'"),
     ("unknown_keyword.obj", _V + "fx 1 2 3\n", "line 4.*no keyword", None, None),
     ("cut_face.obj", _V + "f 1 2 3\nf 1 2\n", "line 5.*fewer than 3", None, None),
-    ("huge_index.obj", _V + "f 99999999999999999999 1 2\n", "line 4.*none of those before", None, None),
+    ("huge_index.obj", _V + "f 99999999999999999999 1 2\n", "line 4.*not among those before", None, None),
     ("broken_index.obj", _V + "f 1.7 2 3\n", "line 4.*whole numbers", None, None),
-    ("zero_index.obj", _V + "f 0 1 2\n", "line 4.*none of those before", None, None),
+    ("zero_index.obj", _V + "f 0 1 2\n", "line 4.*not among those before", None, None),
     ("old_mac.obj", (_V + "f 1 2 3\n").replace("\n", "\r"), None, (3, 1), None),
-    ("negative_out_of_range.obj", _V + "f -1 -2 -4\n", "line 4.*none of those before", None, None),
+    ("negative_out_of_range.obj", _V + "f -1 -2 -4\n", "line 4.*not among those before", None, None),
     ("negative.obj", "v 0 0 0\nvt 0 0\nv 1 0 0\nvt 1 0\nv 0 1 0\nvt 0 1\nf -1/-1 -2/-2 -3/-3\nvt 9 9\n", None, (3, 1), None),
     ("continued.obj", "v 0 0 0\nv 1 \\\n0 0\nv 0 1 0\nf 1 \\\r\n2 3\n", None, (3, 1), None),
     ("indented.obj", _V.replace("v", "  v") + "\tf 1 2 3 # a face\n", None, (3, 1), None),
@@ -71,7 +71,7 @@ _TEXTS: tuple[tuple[str, str, str | None, tuple[int, int] | None, str | None], .
     ("two_solids.stl", f"solid a\n{_FACET}endsolid\nsolid b\n{_FACET.replace('0 1 0', '0 1 7')}endsolid\n", None, (4, 2), "'a'"),
     ("strange_normal.stl", f"solid\n{_FACET.replace('normal 0', 'normal -nan(ind)')}endsolid\n", None, (3, 1), None),
     ("colour_index.off", f"OFF\n3 1 0\n{_OFF}3 0 1 2 7\n", "line 6.*colour by its number", None, None),
-    ("far_index.off", f"OFF\n3 1 0\n{_OFF}3 0 1 100000000\n", "line 6.*none of its 3", None, None),
+    ("far_index.off", f"OFF\n3 1 0\n{_OFF}3 0 1 100000000\n", "line 6.*not among its 3", None, None),
     ("too_many.off", "OFF\n1000000000 1000000000 0\n0 0 0\n", "lines follow", None, None),
     ("too_few.off", f"OFF\n3 1 0\n{_OFF}3 0 1 2\n3 0 2 1\n", "line 7.*one more", None, None),
     ("remarks.off", f"OFF # one\n3 1 0\n# two\n {_OFF}3 0 1 2 255 0 0 # red\n", None, (3, 1), "comments"),
@@ -122,8 +122,8 @@ def gltfs() -> Iterator[Case]:
     yield Case("far_offset.glb", glb({"byteOffset": 1 << 40}), "accessor 0 takes")
     yield Case("long_view.glb", glb({}, view={"byteLength": 10**9}), "buffer view 0 ends")
     yield Case("negative_offset.glb", glb({}, view={"byteOffset": -4}), "offset of buffer view 0 is '-4'")
-    yield Case("unknown_type.glb", glb({"type": "VEC9"}), "of a type that they cannot be")
-    yield Case("index_out_of_range.glb", glb({"count": 2}, indices=True), "names a vertex that is none of 2")
+    yield Case("unknown_type.glb", glb({"type": "VEC9"}), "a type that glTF does not allow")
+    yield Case("index_out_of_range.glb", glb({"count": 2}, indices=True), "names a vertex that is not among its 2")
     yield Case(
         "loop.gltf",
         json.dumps({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"children": [0]}]}).encode(),
@@ -176,7 +176,7 @@ def documents() -> Iterator[Case]:
     yield Case("honest.3mf", three_mf(), None, (3, 2))
     yield Case("count.dae", collada(count=900).encode(), "declares 900 numbers, but has 9")
     yield Case("accessor.dae", collada(accessor=300).encode(), "takes 300 values of 9 numbers")
-    yield Case("corner.dae", collada(corners="0 1 3").encode(), "number 3 of the corners.*is 3, which is none of 3")
+    yield Case("corner.dae", collada(corners="0 1 3").encode(), "number 3 of the corners.*is 3, which is no index into 3 values")
     yield Case("cut.dae", collada(corners="0 1").encode(), "declares 1 triangles, but has 0")
     yield Case("word.dae", collada(points="0 0 0 1 0 0 0 1 x").encode(), "'x' among .*is no number")
     yield Case("comma.dae", collada(points="0,5 0 0 1 0 0 0 1 0").encode(), "'0,5' among .*is no number")
@@ -186,15 +186,17 @@ def documents() -> Iterator[Case]:
     yield Case("textures.dae", collada().replace("<library_geo", f"{many}<library_geo").encode(), None, (3, 1))
     yield Case("half.dae", collada().encode()[:300], "is no XML")
     yield Case("deep.dae", b"<COLLADA>" + b"<a>" * 10_000, "levels deep")
-    yield Case("corner.wrl", vrml(corners="0 1 9 -1").encode(), "number 3 of the coordIndex.*is 9, which is none of 3")
-    yield Case("short.wrl", vrml(points="0 0 0, 1 0 0, 0 1").encode(), "no whole number of 3")
+    yield Case(
+        "corner.wrl", vrml(corners="0 1 9 -1").encode(), "number 3 of the coordIndex.*is 9, which is no index into 3 values"
+    )
+    yield Case("short.wrl", vrml(points="0 0 0, 1 0 0, 0 1").encode(), "no multiple of 3")
     yield Case("half.wrl", vrml().encode()[:-6], "is cut short")
     yield Case("inline.wrl", vrml(more='Inline { url "b.wrl" }').encode(), "of the type Inline, which leads out")
     yield Case("proto.wrl", vrml(more='EXTERNPROTO A [ ] "b.wrl"').encode(), "of the type EXTERNPROTO, which leads out")
     yield Case("old.wrl", vrml().replace("V2.0 utf8", "V1.0 ascii").encode(), "older ones are not known")
     yield Case("corner.x3d", x3d(corners="0 1 -2 -1").encode(), "number 3 of the coordIndex.*is -2")
     yield Case("inline.x3d", x3d(more='<Inline url="b.x3d"/>').encode(), "of the type Inline, which leads out")
-    yield Case("corner.3mf", three_mf(last=7), "is 7, which is none of 3")
+    yield Case("corner.3mf", three_mf(last=7), "is 7, which is no index into 3 values")
     yield Case("bomb.3mf", three_mf(model=" " * (1 << 25)), "hold more than 100 times as many")
     yield Case("bomb_beside.3mf", three_mf(more=bytes(1 << 25)), None, (3, 2), "its part 'more.bin'")
     yield Case("entities.3mf", three_mf(model=f"{_SUBSET}<model/>"), "declares entities")
@@ -206,4 +208,4 @@ def documents() -> Iterator[Case]:
     yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 positions of its grids")
     yield Case("declares_more.ptx", (_PTX.replace("2\n", "20000000\n", 1) + "1 2 3 0.5\n").encode(), "declares 20,000,000 points")
     yield Case("short_row.ptx", (_PTX + "1 2 3 0.5\n4 5 6\n").encode(), "line 12.*has 3 numbers")
-    yield Case("believed.ctm", b"OCTM", "believes whatever they say")
+    yield Case("believed.ctm", b"OCTM", "it does not check what they say")

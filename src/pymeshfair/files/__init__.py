@@ -1,1 +1,1 @@
-"""Mesh files: what a file declares, reading and writing it whole, and what a format cannot keep."""
+"""Reads, checks and writes mesh files, one module for each format or family of formats."""

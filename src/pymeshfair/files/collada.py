@@ -1,4 +1,4 @@
-"""Reads COLLADA documents: the parts that their scene places."""
+"""Reads COLLADA documents: the geometries of their scene as one mesh."""
 
 import re
 from collections.abc import Mapping
@@ -14,20 +14,21 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .polygons import edges_of, triangles_of
-from .scenes import METRES, Assembly, check_range, indices, levels, numbers, placing, read_tree, turn
+from .scenes import METRES, Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: the count of numbers of each transformation of a node
+#: how many numbers each transformation of a node has
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
+#: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: the numbers of an input that are read, by the names of their parameters
+#: by the semantic of an input, the names of the parameters that are read
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
 def read_collada(path: Path, references: References) -> Reading:
-    """Read a COLLADA document."""
+    """Reads a COLLADA document."""
     root = read_tree(path.read_bytes())
     if root.tag != "COLLADA":
         raise ContentsError("it holds no COLLADA document")
@@ -40,12 +41,12 @@ def read_collada(path: Path, references: References) -> Reading:
     short = next((name for name, length in METRES.items() if abs(metres - length) <= 1e-6 * length), None)
     extras = [f"{kind}s" for kind in _LOST if kind in kinds]
     extras += [f"its unit of {metres:g} m"] if short is None else []
-    extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
+    extras += [f"its upright axis {quoted(axis, 30)}"] if axis != "Y_UP" else []
     return reader.assembly.reading(path, "dae", extras, None if unit is None else short)
 
 
 class _Look(NamedTuple):
-    """The look of faces by a material: their colour, the number of their texture, and the set of its coordinates."""
+    """How a material paints faces: colour, texture number, and set of texture coordinates."""
 
     colour: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     texture: int = -1
@@ -58,15 +59,15 @@ class _Reader:
         self._ids: dict[str, Element | None] = {}
         for part in root.iter():
             if (name := part.get("id")) is not None:
-                self._ids[name] = None if name in self._ids else part  # None where two have the same id
+                self._ids[name] = None if name in self._ids else part  # None if two elements share the id
         self._sources: dict[tuple[int, str], Floats] = {}
         self._geometries: dict[Any, MeshData] = {}
 
     def read_scene(self) -> None:
-        used = self._root.find("./scene/instance_visual_scene")
-        if used is None:
+        instance = self._root.find("./scene/instance_visual_scene")
+        if instance is None:
             raise ContentsError("it has no scene, so nothing in it is placed")
-        scene = self._target(used, "url", "visual_scene")
+        scene = self._target(instance, "url", "visual_scene")
         for node in scene.iterfind("node"):
             self._visit(node, np.eye(4))
         if (count := sum(1 for _ in self._root.iter("visual_scene"))) > 1:
@@ -79,11 +80,11 @@ class _Reader:
         name = part.get(attribute, "")
         target = self._ids.get(name[1:]) if name.startswith("#") else None
         if target is None or target.tag != kind:
-            raise ContentsError(f"the {attribute} of a {part.tag} of it is {shown(name)}, which is no {kind} of the document")
+            raise ContentsError(f"the {attribute} of a {part.tag} of it is {quoted(name)}, which is no {kind} of the document")
         return target
 
-    def _visit(self, node: Element, above: Floats) -> None:
-        matrix = above
+    def _visit(self, node: Element, parent_matrix: Floats) -> None:
+        matrix = parent_matrix
         for part in node:
             if part.tag in ("skew", "lookat"):
                 raise ContentsError(f"a node of it is placed by a {part.tag}, which is not known here; save it with matrices")
@@ -119,24 +120,24 @@ class _Reader:
 
     def _part(self, mesh: Element, looks: Mapping[str, _Look], name: str) -> MeshData:
         if (place := mesh.find("vertices/input[@semantic='POSITION']")) is None:
-            raise ContentsError(f"its mesh {shown(name)} has no positions")
+            raise ContentsError(f"its mesh {quoted(name)} has no positions")
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        used = [_Look()]  # as `lengths`
+        part_looks = [_Look()]  # one for each item of `lengths`
         for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
-            own = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
-            if own is None:
-                raise ContentsError(f"the {p.tag} of its mesh {shown(name)} have no input of vertices")
-            inputs += [(i, own) for i in mesh.iterfind("vertices/input")]
-            table, counts = _corners(p, 1 + max(offset for _, offset in inputs), own)
+            vertex_offset = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
+            if vertex_offset is None:
+                raise ContentsError(f"the {p.tag} of its mesh {quoted(name)} have no input of vertices")
+            inputs += [(i, vertex_offset) for i in mesh.iterfind("vertices/input")]
+            table, counts = _corners(p, 1 + max(offset for _, offset in inputs), vertex_offset)
             if p.tag.startswith("line"):
-                check_range(table[:, own], 0, len(points), f"the corners of its {p.tag}")
-                edges.append(edges_of(table[:, own], counts))
+                check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
+                edges.append(edges_of(table[:, vertex_offset], counts))
                 continue
             look = looks.get(p.get("material", ""), _Look())
-            corners.append(table[:, own])
+            corners.append(table[:, vertex_offset])
             lengths.append(counts)
             for attribute, semantic in (("normals", "NORMAL"), ("colors", "COLOR"), ("wedge_texture_coordinates", "TEXCOORD")):
                 matching = [(i, offset) for i, offset in inputs if i.get("semantic") == semantic]
@@ -144,60 +145,60 @@ class _Reader:
                     matching = [(i, offset) for i, offset in matching if i.get("set", "0") == look.coordinates] or matching
                 if len(matching) > 1:
                     self.assembly.lost[f"further inputs {semantic}"] = None
-                one = np.full((len(table), len(_PARAMETERS[semantic])), np.nan)
+                column = np.full((len(table), len(_PARAMETERS[semantic])), np.nan)
                 for i, offset in matching[:1]:
                     source = self._values(i, semantic)
                     check_range(table[:, offset], 0, len(source), f"the corners of its {p.tag}")
-                    one[:, : source.shape[1]] = source[table[:, offset]]
-                    one[:, source.shape[1] :] = 1.0
-                values[attribute].append(one)
-            used.append(look)
+                    column[:, : source.shape[1]] = source[table[:, offset]]
+                    column[:, source.shape[1] :] = 1.0
+                values[attribute].append(column)
+            part_looks.append(look)
         of_corners = {name: np.concatenate(each) for name, each in values.items() if each}
         counts = np.array([len(each) for each in lengths])
-        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in used], np.int32), counts)}
-        shades = np.repeat([look.colour for look in used], counts, axis=0)
+        of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in part_looks], np.int32), counts)}
+        shades = np.repeat([look.colour for look in part_looks], counts, axis=0)
         if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
-        what = f"the corners of its mesh {shown(name)}"
+        what = f"the corners of its mesh {quoted(name)}"
         part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
         return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> Floats:
-        """(n, w) the values of an input, those that its accessor names."""
+        """Returns the (n, w) values that the accessor of an input selects."""
         source = self._target(part, "source", "source")
         key = id(source), semantic
         if key in self._sources:
             return self._sources[key]
         accessor = source.find("./technique_common/accessor")
         if accessor is None:
-            raise ContentsError(f"its source {shown(source.get('id', ''))} has no accessor")
+            raise ContentsError(f"its source {quoted(source.get('id', ''))} has no accessor")
         array = self._target(accessor, "source", "float_array")
-        name = f"array {shown(array.get('id', ''))}"
+        name = f"array {quoted(array.get('id', ''))}"
         values, declared = numbers(array.text or "", f"the {name}"), _whole(array, "count")
         if declared != len(values):
             raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(values):,}")
         count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
         params = [p.get("name", "") for p in accessor.iterfind("param")]
         places = [k for k, p in enumerate(params) if p] or list(range(min(stride, len(values))))
-        wanted = _PARAMETERS[semantic]
-        if set(wanted[:3]) <= set(params):
-            places = [params.index(p) for p in wanted if p in params]
+        names = _PARAMETERS[semantic]
+        if set(names[:3]) <= set(params):
+            places = [params.index(p) for p in names if p in params]
         least = 3 if semantic != "TEXCOORD" else 2
         if len(places) < least or max(places) >= stride:
-            raise ContentsError(f"an accessor of its {name} has {len(places)} values of {stride} at a time, and not {least}")
+            raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, and not {least}")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
-        rows = offset + stride * np.arange(count)[:, None] + places[: len(wanted)]
+        rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
         self._sources[key] = values[rows]
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:
         if instance.get("target", "")[1:] not in self._ids:
-            self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
+            self.assembly.lost[f"the material {quoted(instance.get('target', ''))}, which is not there"] = None
             return _Look()
         material = self._target(instance, "target", "material")
-        used = material.find("instance_effect")
-        effect = None if used is None else self._target(used, "url", "effect")
+        effect_use = material.find("instance_effect")
+        effect = None if effect_use is None else self._target(effect_use, "url", "effect")
         diffuse = None if effect is None else effect.find("./profile_COMMON/technique/*/diffuse")
         if diffuse is None or effect is None:
             return _Look()
@@ -209,17 +210,17 @@ class _Reader:
         return _Look() if text is None else _Look(tuple(numbers(text, "a colour of it", 4).tolist()))
 
     def _texture(self, effect: Element, name: str) -> int:
-        """The number of a texture: its name leads to a sampler, that to a surface, that to an image; or to the image at once."""
+        """Returns the number of a texture; its name leads to an image directly, or through a sampler and a surface."""
         parameters = {p.get("sid", ""): p for p in effect.iter("newparam")}
         for _ in range(3):
             if (parameter := parameters.get(name)) is None:
                 break
-            used = next((p for p in parameter.iter() if p.tag in ("source", "init_from", "instance_image")), parameter)
-            name = (used.text or "").strip() or used.get("url", "").removeprefix("#")
+            source = next((p for p in parameter.iter() if p.tag in ("source", "init_from", "instance_image")), parameter)
+            name = (source.text or "").strip() or source.get("url", "").removeprefix("#")
         image = self._ids.get(name)
         place = None if image is None else next((p for p in image.iter() if p.tag in ("init_from", "ref") and not len(p)), None)
         if place is None or not (place.text or "").strip():
-            self.assembly.lost[f"the texture {shown(name)}, which leads to no image"] = None
+            self.assembly.lost[f"the texture {quoted(name)}, which leads to no image"] = None
             return -1
         return self.assembly.texture(unquote(re.sub(r"\Afile:(//)?", "", (place.text or "").strip())))
 
@@ -228,27 +229,27 @@ def _transform(part: Element) -> Floats:
     v = numbers(part.text or "", f"a {part.tag} of a node of it", _TRANSFORMS[part.tag])
     match part.tag:
         case "translate":
-            return placing(np.eye(3), v)
+            return affine_matrix(np.eye(3), v)
         case "scale":
-            return placing(np.diag(v))
+            return affine_matrix(np.diag(v))
         case "rotate":
-            return placing(turn(v[:3], np.radians(v[3])))
+            return affine_matrix(rotation(v[:3], np.radians(v[3])))
     matrix = v.reshape(4, 4)
     if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
         raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
     return matrix
 
 
-def _corners(p: Element, stride: int, own: int) -> tuple[Longs, Longs]:
-    """(c, stride) the indices of each corner of the polygons or lines of a primitive; (p,) how many corners each has."""
+def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]:
+    """Returns (c, stride) indices of the corners of a primitive, and (p,) the corner count of each polygon or line."""
     kind, count = p.tag, _whole(p, "count")
     if p.find("ph") is not None:
         raise ContentsError("its polygons have holes, which are not known here; save it with triangles")
     lists = [indices(text.text or "", f"the corners of its {kind}") for text in p.iterfind("p")]
     table = np.concatenate([np.empty(0, np.int64), *lists])
     if kind in ("triangles", "lines"):
-        each = 3 if kind == "triangles" else 2
-        lengths = np.full(len(table) // (each * stride), each)
+        size = 3 if kind == "triangles" else 2
+        lengths = np.full(len(table) // (size * stride), size)
     elif kind == "polylist":
         lengths = indices(" ".join(c.text or "" for c in p.iterfind("vcount")), "the numbers of corners")
     else:
@@ -259,21 +260,21 @@ def _corners(p: Element, stride: int, own: int) -> tuple[Longs, Longs]:
         raise ContentsError(f"its {count:,} {kind} take {int(lengths.sum()) * stride:,} indices, but {len(table):,} are there")
     table = table.reshape(-1, stride)
     if kind in ("tristrips", "trifans"):
-        table = table[triangles_of(table[:, own], lengths, fans=kind == "trifans").ravel()]
+        table = table[triangles_of(table[:, vertex_offset], lengths, fans=kind == "trifans").ravel()]
         lengths = np.full(len(table) // 3, 3)
     return table, lengths
 
 
 def _whole(part: Element, name: str, least: int | None = None) -> int:
-    """A whole number among the attributes of an element; `least` is the default, too."""
+    """Parses a whole-number attribute of an element; `least` is its lower bound and its default."""
     text = part.get(name, "" if least is None else str(least))
     if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
-        raise ContentsError(f"the {name} of a {part.tag} of it is {shown(text)}")
+        raise ContentsError(f"the {name} of a {part.tag} of it is {quoted(text)}")
     return int(text)
 
 
 def _offset(part: Element) -> int:
     text = part.get("offset", "0")
     if text not in map(str, range(32)):
-        raise ContentsError(f"the offset of an input of it is {shown(text)}")
+        raise ContentsError(f"the offset of an input of it is {quoted(text)}")
     return int(text)

@@ -20,14 +20,14 @@ from .inputs import Reading, References
 _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOR = ("colorRed", "colorGreen", "colorBlue")
-#: fields that are not 0 for points that were not measured
+#: fields that mark unmeasured points by values other than 0
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
-#: the attribute with the number of a point's scan, if there are several scans
+#: the attribute with the scan number of each point, in a file of several scans
 _SCAN = "scan"
 
 
 def read_e57(path: Path, references: References) -> Reading:
-    """Read an E57 file; coordinates are in metres, as the format says."""
+    """Reads an E57 file; the format defines coordinates in metres."""
     with _opened(path) as file:
         survey = _Survey(file)
         pieces = list(survey.pieces(None))
@@ -39,26 +39,26 @@ def read_e57(path: Path, references: References) -> Reading:
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
-    """The points of `read_e57`, about `size` at a time, in the same order and with the same attributes."""
+    """Yields the points of `read_e57` in pieces of about `size`, with the same order and attributes."""
     with _opened(path) as file:
         for places, attributes in _Survey(file).pieces(size):
             yield MeshData(vertices=places, vertex_attributes=attributes)
 
 
 def doubts_of(missing: int) -> tuple[str, ...]:
-    """The warning about points that were not measured; none if `missing` is 0."""
+    """Returns a warning about `missing` unmeasured points, or no warning if there are none."""
     return (f"{missing:,} points at which nothing was measured are left out",) if missing else ()
 
 
 def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
-    """The number of points that a file declares, measured or not, and warnings about fields that some scans lack."""
+    """Returns the declared number of points, measured or not, and warnings about fields that some scans lack."""
     with _opened(path) as file:
         survey = _Survey(file)
         return survey.declared, survey.doubts
 
 
 class _Survey:
-    """The scans of an open file that have points, how many they declare, and warnings about fields that some scans lack."""
+    """The headers of the scans that have points, their declared total, and warnings about fields that some scans lack."""
 
     def __init__(self, file: Any) -> None:
         self._file = file
@@ -68,22 +68,22 @@ class _Survey:
             raise ContentsError("it holds no points")
         self.declared = sum(int(header.point_count) for header in self.headers)
         self._kinds = [_kinds(header) for header in self.headers]
-        own = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
-        names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in own)
-        #: by field that becomes an attribute, whether its values are 32-bit integers in all scans
+        standard = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
+        names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
+        #: for each field that becomes an attribute: whether all scans store 32-bit integers
         self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"{len(self.headers):,} scans have no field"
         self.doubts = tuple(f"{n:,} of its {scans} {name!r}, which is 0 there" for name, n in lacking.items() if n)
 
     def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
-        """Coordinates and attributes of the measured points, `size` rows at a time; None for a scan at a time."""
+        """Yields coordinates and attributes of the measured points, `size` rows at a time, or a scan at a time for None."""
         colored = any(set(_COLOR) <= kinds.keys() for kinds in self._kinds)
         for number, (header, kinds) in enumerate(zip(self.headers, self._kinds, strict=True)):
             for fields in _chunks(self._file, header, kinds, size):
                 places = _placed(header, fields)
                 invalid = [fields[name] != 0 for name in _INVALID if name in fields]
-                kept = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
+                is_measured = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
                 attributes: dict[str, Array] = {}
                 if colored:
                     levels = _colors(header, fields)
@@ -94,7 +94,7 @@ class _Survey:
                     attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if is_whole else column
                 if len(self.headers) > 1:
                     attributes[_SCAN] = np.full(len(places), number, np.int32)
-                yield places[kept], {name: values[kept] for name, values in attributes.items()}
+                yield places[is_measured], {name: values[is_measured] for name, values in attributes.items()}
 
 
 @contextmanager
@@ -112,7 +112,7 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _kinds(header: Any) -> dict[str, bool]:
-    """The fields of a scan except texts, and whether their values are 32-bit integers."""
+    """Returns for each field of a scan, except texts, whether its values are 32-bit integers."""
     from pye57 import libe57
 
     prototype = libe57.StructureNode(header.points.prototype())
@@ -163,7 +163,7 @@ def _placed(header: Any, fields: dict[str, Array]) -> Floats:
 
 
 def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:
-    """(n, 4) 8-bit colours, scaled from the colour limits of the scan; None if it has no colours."""
+    """Returns (n, 4) 8-bit colours, scaled by the colour limits of the scan; None without colours."""
     from pye57 import libe57
 
     if not set(_COLOR) <= fields.keys():

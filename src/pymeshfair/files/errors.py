@@ -1,4 +1,4 @@
-"""Files that cannot be read or written."""
+"""Errors about files that cannot be read or written."""
 
 from pathlib import Path
 
@@ -6,11 +6,11 @@ from ..errors import PymeshfairError, RunError
 
 
 class ContentsError(PymeshfairError, ValueError):
-    """A file is none of its format, or contradicts itself; the message is the reason, with the place."""
+    """A file breaks the rules of its format, or contradicts itself; the message gives the reason and the place."""
 
 
 class FileError(RunError):
-    """A file, or one that it names or that lies beside it, cannot be used, for a reason of one sentence."""
+    """A file, or one of its side files, cannot be used; `reason` is one sentence."""
 
     verb = "use"
 
@@ -21,13 +21,13 @@ class FileError(RunError):
 
 
 class InputError(FileError):
-    """The input cannot be read, or is no mesh."""
+    """The input cannot be read, or is not a mesh."""
 
     verb = "read"
 
 
 class OutputError(FileError):
-    """The output cannot be written, or must not be."""
+    """The output cannot or must not be written."""
 
     verb = "write"
 

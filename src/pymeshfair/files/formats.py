@@ -1,4 +1,4 @@
-"""The mesh files that a run reads and writes: by whom, and the contents that each format holds."""
+"""Table of the mesh formats: which function reads or writes a format, and which contents it keeps."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..errors import missing_package
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
 
-#: everything that a mesh may have besides its vertices and that a file may keep or lose, in the words of messages
+#: contents of a mesh besides its vertices, which a file may keep or lose, as messages name them
 ATTRIBUTES = (
     *("faces", "edges", "vertex normals", "vertex colours", "vertex scalars", "vertex texture coordinates"),
     *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
     *("vertex opacities", "face opacities", "vertex radii", "polygons"),
 )
-#: formats that MeshLab's own readers alone know; they believe whatever a file says
+#: formats that only MeshLab's own readers understand; these do not check what a file declares
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
-#: messages where the package for E57 files, or for LAS and LAZ files, is not installed
+#: messages about a missing package: for E57 files, and for LAS and LAZ files
 MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package("laspy", "las")
 
 
@@ -30,27 +30,27 @@ class Format:
     """One kind of file that a run reads or writes."""
 
     extensions: tuple[str, ...]  # without the dot, in lower case
-    reader: str = ""  # the module and the function that reads it, strictly and to its last byte; empty if none does
-    writer: str = ""  # the same of writing
-    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; everything else that a mesh has is named in a warning
-    rounding: float = 0.0  # how far writing moves a coordinate at most, as a share of its amount
-    begin: tuple[str, str] | None = None  # a pattern of its first bytes, in Latin-1, and their name in messages
-    has_unit: bool = False  # whether a file may say the unit of its coordinates
+    reader: str = ""  # ``module.function`` that reads it strictly, to the last byte; empty if there is none
+    writer: str = ""  # ``module.function`` that writes it; empty if there is none
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names the others
+    rounding: float = 0.0  # largest relative change of a coordinate by writing
+    begin: tuple[str, str] | None = None  # pattern of its first bytes in Latin-1, and their name in messages
+    has_unit: bool = False  # whether a file may state the unit of its coordinates
 
     @property
     def extension(self) -> str:
-        """The first of its extensions."""
+        """The first extension, which names the format."""
         return self.extensions[0]
 
     def lost(self, present: set[str]) -> list[str]:
-        """The `ATTRIBUTES` among `present` that such a file does not keep."""
+        """Returns the `ATTRIBUTES` among `present` that the format does not keep."""
         lost = present - self.holds
         if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
             lost |= present & {"vertex texture coordinates"}
         return [a for a in ATTRIBUTES if a in lost]
 
 
-#: formats whose vertices have texture coordinates only if the corners of faces have none
+#: formats that hold texture coordinates of vertices only if corners of faces have none
 _ONE_PLACE = ("obj", "glb")
 _FLOAT = 2.0**-24
 _OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
@@ -58,7 +58,7 @@ _OBJ -= {"vertex opacities", "face opacities"}
 _COLOURS = frozenset(("faces", "vertex colours", "face colours", "vertex opacities", "face opacities"))
 _OFF = _COLOURS | {"edges", "vertex normals", "vertex texture coordinates", "polygons"}
 _GLB = (_OBJ | _COLOURS) - {"polygons"}
-_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # or named by the writer
+_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # the writers name losses among these
 _LAS = _POINTS | {"vertex scalars", "vertex radii"}
 _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))
@@ -87,14 +87,14 @@ WRITABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.writer for e in f.
 
 
 def load_function(name: str) -> Any:
-    """The function of a module of this package, ``module.function``."""
+    """Imports ``module.function`` of this package, and returns the function."""
     module, _, function = name.partition(".")
     return getattr(importlib.import_module(f".{module}", __package__), function)
 
 
 def attributes_of(mesh: MeshData) -> set[str]:
-    """Which of `ATTRIBUTES` a mesh has."""
-    from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES  # numpy, for which no help waits
+    """Returns those of `ATTRIBUTES` that a mesh has."""
+    from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES  # needs numpy, which help texts do without
 
     vertex, face, has_faces = mesh.vertex_attributes, mesh.face_attributes, len(mesh.faces) > 0
     present = {
@@ -114,14 +114,14 @@ def attributes_of(mesh: MeshData) -> set[str]:
         "vertex radii": "radii" in vertex,
         "polygons": "polygon" in face and bool((face["polygon"] >= 0).any()),
     }
-    return {name for name, there in present.items() if there}
+    return {name for name, is_present in present.items() if is_present}
 
 
 def extension(path: Path) -> str:
-    """The extension of a file without the dot, in lower case."""
+    """Returns the extension of a file in lower case, without the dot."""
     return path.suffix[1:].lower()
 
 
 def listed(extensions: Iterable[str]) -> str:
-    """The extensions as a message gives them: ``.ply, .obj, .stl``."""
+    """Lists extensions for a message: ``.ply, .obj, .stl``."""
     return ", ".join(f".{e}" for e in extensions)

@@ -1,6 +1,6 @@
-"""Reads glTF 2.0 files, text or binary: the parts that their scene places, every accessor within its buffer.
+"""Reads glTF 2.0 files, text or binary: the meshes of their scene as one, with bounds checks of every accessor.
 
-Writes binary ones: one mesh, a primitive for each texture and colour of faces, its images within.
+Writes binary files: one mesh with embedded images, and a primitive for each texture and colour of faces.
 """
 
 import base64
@@ -22,25 +22,25 @@ from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
-from .scenes import METRES, Assembly, levels, placing
+from .scenes import METRES, Assembly, affine_matrix, levels
 
-#: of how many parts a document may be: a million take a second to read
+#: most parts of a document; a million take a second to read
 _PARTS = 1_000_000
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-#: the attributes that are read: how many numbers each has, and of which kinds besides float
+#: attributes that are read: allowed numbers of components, and component kinds besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
-#: extensions without which a file can be understood: positions and normals as whole numbers, and one that moves no vertex
+#: required extensions that are accepted: integer positions and normals, and unlit materials, which move no vertex
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
-#: the rounding of programs: of the last row of a matrix, and of the length of a rotation
+#: tolerances: for the last row of a matrix, and for the length of a rotation quaternion
 _ROUNDED, _UNIT = 1e-6, 0.01
 _Part: TypeAlias = Mapping[str, Any]
 
 
 def read_gltf(path: Path, references: References) -> Reading:
-    """Read a glTF file."""
+    """Reads a glTF file."""
     text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise ContentsError(f"its document has more than {_PARTS:,} parts")
@@ -57,12 +57,12 @@ def read_gltf(path: Path, references: References) -> Reading:
         raise
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
         what = f"{type(error).__name__}: {str(error)[:60]}"
-        raise ContentsError(f"its document lacks something or has it wrong ({what})") from error
+        raise ContentsError(f"its document lacks a part or has a wrong one ({what})") from error
     return replace(reading, side_files=tuple(reader.files))
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
-    """The document and, of a binary file, its buffer."""
+    """Returns the document, and the embedded buffer of a binary file."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
@@ -122,15 +122,15 @@ class _Reader:
             raise ContentsError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
         return parts[index]
 
-    def _visit(self, k: int, above: Floats) -> None:
+    def _visit(self, k: int, parent_matrix: Floats) -> None:
         node = self._at("nodes", k)
         if k in self._seen:
             raise ContentsError("a node of it is its own child, or has two parents")
         self._seen.add(k)
         with self.assembly.within(k):
-            matrix = above @ _matrix(node, k)
+            matrix = parent_matrix @ _matrix(node, k)
             if "mesh" in node and (mesh := node["mesh"]) not in self._meshes:
-                groups: dict[str, list[_Part]] = {}  # primitives of the same vertices are one part
+                groups: dict[str, list[_Part]] = {}  # primitives with the same vertices form one part
                 for p in self._at("meshes", mesh)["primitives"]:
                     groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
                 if not groups:
@@ -149,7 +149,7 @@ class _Reader:
             raise ContentsError(f"its mesh {k} has no positions")
         points = self._attribute(k, attributes, "POSITION")
         if {self._at("accessors", index)["count"] for index in attributes.values()} != {len(points)}:
-            raise ContentsError(f"the attributes of its mesh {k} are not equally many")
+            raise ContentsError(f"the attributes of its mesh {k} have different counts")
         parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
         faces, edges, textures, uvs, colours = zip(*parts, strict=True)
         counts, corners = [len(each) for each in faces], np.concatenate(faces)
@@ -171,30 +171,31 @@ class _Reader:
         return replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
 
     def _attribute(self, k: int, attributes: _Part, name: str) -> Floats:
-        """(n, w) an attribute of a mesh, whole numbers of colours and texture coordinates as shares."""
+        """Returns (n, w) values of an attribute; normalised integers are scaled to at most 1."""
         accessor = self._at("accessors", attributes[name])
         widths, kinds = _READ[name.partition("_")[0]]
         dtype, width = _COMPONENTS.get(accessor["componentType"]), _WIDTHS.get(accessor["type"])
         allowed = "iu" if self._quantized and not kinds else kinds
         if width not in widths or dtype is None or np.dtype(dtype).kind not in f"f{allowed}" or dtype is np.uint32:
-            raise ContentsError(f"the {name} of its mesh {k} are of a type that they cannot be")
+            raise ContentsError(f"the {name} of its mesh {k} has a type that glTF does not allow")
         values = self._accessor(attributes[name])
         if (accessor.get("normalized") or kinds == "u") and values.dtype.kind != "f":
             return np.asarray(np.maximum(values / np.iinfo(values.dtype).max, -1.0))
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
+        """Returns the (f, 3) triangles and the (e, 2) edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
             if accessor["type"] != "SCALAR" or accessor["componentType"] not in (5121, 5123, 5125):
-                raise ContentsError(f"its accessor {p['indices']} of corners is of a type that they cannot be")
+                raise ContentsError(f"its accessor {p['indices']} of corners has a type that glTF does not allow")
             corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
             if corners.max() >= count:
-                raise ContentsError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
+                raise ContentsError(f"its accessor {p['indices']} names a vertex that is not among its {count:,}")
         width = {1: 2, 4: 3}.get(mode, 1)
         if len(corners) % width:
-            raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
+            raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which is no multiple of {width}")
         no_faces, no_edges, whole = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64), np.array([len(corners)])
         match mode:
             case 0:
@@ -210,16 +211,16 @@ class _Reader:
         raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
 
     def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
-        """The number of the texture of a primitive or -1, its coordinates at the vertices, and the colour of its faces."""
+        """Returns texture number (-1 for none), texture coordinates of the vertices, and colour of a primitive."""
         material = self._at("materials", p["material"]) if "material" in p else {}
         surface = material.get("pbrMetallicRoughness", {})
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
-        if (used := surface.get("baseColorTexture")) is None:
+        if (texture_use := surface.get("baseColorTexture")) is None:
             return -1, None, colour
-        texture = self._at("textures", used["index"])
+        texture = self._at("textures", texture_use["index"])
         if "source" not in texture:
-            raise ContentsError(f"its texture {used['index']} is in a form that is not known here")
-        if (name := f"TEXCOORD_{used.get('texCoord', 0)}") not in attributes:
+            raise ContentsError(f"its texture {texture_use['index']} is in a form that is not known here")
+        if (name := f"TEXCOORD_{texture_use.get('texCoord', 0)}") not in attributes:
             self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
             return -1, None, colour
         uv = self._attribute(k, attributes, name)
@@ -284,7 +285,7 @@ class _Reader:
             kind = _COMPONENTS[sparse["indices"]["componentType"]]
             places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
             if places.min() < 0 or places.max() >= count:
-                raise ContentsError(f"its accessor {k} changes a value that is none of {count:,}")
+                raise ContentsError(f"its accessor {k} changes a value that is not among its {count:,}")
             values = values.copy()
             values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
         return values
@@ -307,7 +308,7 @@ def _matrix(node: _Part, k: int) -> Floats:
         if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
             raise ContentsError(f"the last row of the matrix of node {k} is not 0 0 0 1")
         if node.keys() & {"rotation", "scale", "translation"}:
-            raise ContentsError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
+            raise ContentsError(f"its node {k} has a matrix and a rotation, scale or translation besides, which place it twice")
         return matrix
     linear = np.eye(3)
     if "rotation" in node:
@@ -318,7 +319,7 @@ def _matrix(node: _Part, k: int) -> Floats:
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         linear += 2 * (w * cross + cross @ cross)
     linear *= _numbers(node.get("scale", [1, 1, 1]), 3, f"the scale of node {k}")
-    return placing(linear, _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}"))
+    return affine_matrix(linear, _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}"))
 
 
 def _losses(document: _Part) -> Iterator[str]:
@@ -330,18 +331,18 @@ def _losses(document: _Part) -> Iterator[str]:
         yield "morph targets"
     if named := [n for n in ("meshes", "nodes", "materials") if any("name" in x for x in document.get(n, ()))]:
         yield f"names of {', '.join(named)}"
-    parts = [x for v in document.values() if isinstance(v, list) for x in v if isinstance(x, dict)]
-    if any("extras" in x for x in (document, *parts)):
+    objects = [x for v in document.values() if isinstance(v, list) for x in v if isinstance(x, dict)]
+    if any("extras" in x for x in (document, *objects)):
         yield "extras"
     yield from (f"extension {name}" for name in document.get("extensionsUsed", ()) if name != _QUANTIZED)
-    used = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
-    used -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
-    if used:
-        yield f"of its materials {', '.join(sorted(used))}"
+    keys = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
+    keys -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
+    if keys:
+        yield f"of its materials {', '.join(sorted(keys))}"
 
 
 def _upright(uv: Floats) -> Floats:
-    """Texture coordinates whose second one is counted from the other end of the image."""
+    """Converts texture coordinates between origins at the top and at the bottom of the image."""
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
 
 
@@ -369,7 +370,7 @@ def _decoded(uri: str) -> bytes:
     raise ContentsError("data within it is not written in base64")
 
 
-#: materials, one for each texture and colour of faces
+#: most materials that are written, one for each texture and colour of faces
 _MOST_MATERIALS = 1000
 
 
@@ -405,7 +406,7 @@ class _Document:
 
 
 def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh, in metres if it has a unit; vertices with several texture coordinates become several."""
+    """Writes a mesh, in metres if it has a unit; a vertex with several texture coordinates is split."""
     document, notes = _Document(), list[str]()
     vertex, uv, faces = _vertices(mesh)
     places = mesh.vertices[vertex].astype("<f4")
@@ -426,14 +427,14 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     numbers = mesh.face_attributes.get("texture", 0 if len(textures) == 1 and uv is not None else -1)
     colors = np.ascontiguousarray(mesh.face_attributes.get("colors", np.full((len(faces), 4), 255, np.uint8)))
     looks = (np.zeros(len(faces), np.int64) + numbers + 1 << 32) + colors.view(">u4").ravel()
-    kinds, own = np.unique(looks, return_inverse=True)
+    kinds, kind_of_face = np.unique(looks, return_inverse=True)
     if len(kinds) > _MOST_MATERIALS:
         notes.append(f"the colours of faces are left out, {len(kinds):,} materials would be too many")
-        kinds, own = np.unique(looks | 0xFFFFFFFF, return_inverse=True)
+        kinds, kind_of_face = np.unique(looks | 0xFFFFFFFF, return_inverse=True)
     primitives: list[dict[str, Any]] = []
     for k, kind in enumerate(kinds.tolist()):
         number, color = (kind >> 32) - 1, list(struct.pack(">I", kind & 0xFFFFFFFF))
-        corners = faces[own == k].reshape(-1, 1).astype("<u4")
+        corners = faces[kind_of_face == k].reshape(-1, 1).astype("<u4")
         primitives.append({"attributes": attributes, "indices": document.accessor(corners)})
         surface = {"metallicFactor": 0, "baseColorFactor": [level / 255 for level in color]}
         if number >= 0 and textures[number] is not None:
@@ -441,8 +442,8 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         if number >= 0 or color != [255] * 4:
             primitives[-1]["material"] = document.add("materials", pbrMetallicRoughness=surface)
     if len(mesh.edges):
-        first = np.searchsorted(vertex, mesh.edges.reshape(-1, 1))
-        primitives.append({"attributes": attributes, "indices": document.accessor(first.astype("<u4")), "mode": 1})
+        ends = np.searchsorted(vertex, mesh.edges.reshape(-1, 1))
+        primitives.append({"attributes": attributes, "indices": document.accessor(ends.astype("<u4")), "mode": 1})
     document.add("meshes", primitives=primitives or [{"attributes": attributes, "mode": 0}])
     metres = METRES.get(mesh.unit or "m", 1.0)
     document.add("nodes", mesh=0, **({"scale": [metres] * 3} if metres != 1.0 else {}))
@@ -453,7 +454,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
-    """The vertex of the mesh that each vertex of the file is, ascending; its texture coordinate; the faces of the file."""
+    """Returns, for the vertices of the file, mesh vertex (ascending) and texture coordinates; and the faces of the file."""
     n, faces = len(mesh.vertices), mesh.faces.astype(np.int64)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None or not len(faces):
@@ -468,7 +469,7 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
-    """The number of a texture in the document; None if it has no image."""
+    """Adds a texture to the document; returns its number, or None without an image."""
     from PIL import Image
 
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image

@@ -1,7 +1,7 @@
-"""Reads a mesh file, whatever its format, as a `MeshData`; finds the files that it names.
+"""Reads a mesh file of any format as a `MeshData`, and finds the files that it names.
 
-A scan comes from anywhere, and what it names is copied beside the output. So a name leads only to regular files in the
-folder of the mesh, links resolved, and a texture is an image by its content.
+Scans are not trusted, and the files that they name are copied beside the output. So a name may lead only to a regular file in
+the folder of the mesh, after links are resolved, and the content of a texture must be an image.
 """
 
 import os
@@ -25,12 +25,12 @@ from .formats import READABLE, UNCHECKED, extension, listed, load_function
 IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
 #: pixels of the largest texture, 16,384 x 16,384: as pixels in memory it takes 1 GB
 LARGEST_IMAGE = 1 << 28
-#: above so many pixels, 128 MB in memory, a file has at least a byte for so many of them, unless it is of one colour
+#: images above the first number of pixels (128 MB in memory) may have the second number of pixels per byte of their file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
 
 
 class References:
-    """Finds what one mesh file names, relative to its folder; with `allow_outside` names may lead out of that."""
+    """Finds the files that a mesh file names, relative to its folder; `allow_outside` permits names that lead out of it."""
 
     def __init__(self, mesh: Path, *, allow_outside: bool = False) -> None:
         self.mesh = mesh
@@ -38,7 +38,7 @@ class References:
         self._allow_outside = allow_outside
 
     def find(self, name: str) -> Path | None:
-        """The file of that name, links not resolved, or None if there is none."""
+        """Returns the path of a named file, without resolving links, or None if there is none."""
         if "\0" in name or not name.strip():
             return None
         path = self.mesh.parent / name
@@ -48,14 +48,13 @@ class References:
         if not (self._allow_outside or path.resolve().is_relative_to(self._folder)):
             raise InputError(
                 self.mesh,
-                f"it names the file {shown(name)}, which is outside its folder; put it beside the mesh, or give --allow-outside",
+                f"it names the file {quoted(name)}, which is outside its folder; put it beside the mesh, or give --allow-outside",
             )
         return path
 
     def find_image(self, name: str) -> Path | None:
-        """The image of that name or, as other systems write paths, of its last part beside the mesh; None if there is none."""
+        """Returns the image of a name, else of its last part beside the mesh, since paths may be of another computer, or None."""
         last = name.replace("\\", "/").rpartition("/")[2]
-        # A path of the scanner's machine means the file of that name beside the mesh.
         path = self.find(name) or self.find(last)
         if path is not None:
             check_image(path, self.mesh, path.name)
@@ -63,8 +62,8 @@ class References:
 
 
 def check_regular(path: Path, mesh: Path) -> None:
-    """Refuse a path that is no readable regular file; `mesh` is the input: the same path, or the file that names it."""
-    named = "" if path == mesh else f"{shown(str(path))}, which it names, "
+    """Refuses a path that is no readable regular file; `mesh` is the input: `path` itself, or the file that names it."""
+    named = "" if path == mesh else f"{quoted(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode
     except OSError as error:
@@ -78,30 +77,30 @@ def check_regular(path: Path, mesh: Path) -> None:
 
 
 def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
-    """Refuse a texture of that name that is no image by its content, or one of more than `LARGEST_IMAGE` pixels."""
+    """Refuses a texture whose content is no image, or an image with too many pixels."""
     from PIL import Image, UnidentifiedImageError
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow's own idea of too large an image
+            warnings.simplefilter("ignore")  # Pillow has its own limit of pixels
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or too large a one"
-        raise InputError(mesh, f"the texture {shown(name)} {why}") from error
+        raise InputError(mesh, f"the texture {quoted(name)} {why}") from error
     size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
     most = min(LARGEST_IMAGE, max(_SMALL_IMAGE, _PIXELS_A_BYTE * size))
     if width * height > most:
         why = f"has {width:,} x {height:,} pixels; in {size:,} bytes {most:,} are the most"
-        raise InputError(mesh, f"the texture {shown(name)} {why}")
+        raise InputError(mesh, f"the texture {quoted(name)} {why}")
 
 
-def shown(name: str, length: int = 80) -> str:
-    """A name from a file as a message gives it: short, in quotes, and without a control character that a terminal would obey."""
+def quoted(name: str, length: int = 80) -> str:
+    """Quotes a name from a file for a message: shortened, and with control characters escaped."""
     return repr(name if len(name) <= length else f"{name[:length]}...")
 
 
-#: of a text that ends within a line
+#: the doubt about a text that ends within a line
 NO_END = "its last line has no end: if the file was cut short, so was perhaps its last number"
 
 
@@ -110,25 +109,25 @@ class Reading:
     """A mesh file that was read."""
 
     mesh: MeshData
-    doubts: tuple[str, ...] = ()  # sentences that the user should read about it
-    side_files: tuple[Path, ...] = ()  # the files that belong to it; of a reader, without the images of textures
+    doubts: tuple[str, ...] = ()  # warnings for the user, one sentence each
+    side_files: tuple[Path, ...] = ()  # the files that belong to it; readers leave out the images of textures
 
 
 def unended(text: bytes) -> tuple[str, ...]:
-    """The doubt about a text that ends within a line: its last number may be the beginning of a longer one."""
+    """Returns a doubt about a text that ends within a line, since its last number may be cut."""
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
 MOST_TEXTURES = 1000
-#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or none of its format, or a package is missing;
+#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or has another format, or a package is missing;
 #: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
-#: the first bytes of a text in UTF-16, and the formats that may be in it
+#: the first bytes of a text in UTF-16, and the formats that allow this encoding
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 
 
 def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
-    """Refuse a path that is no mesh file of one of the formats, by its name and kind, without opening it."""
+    """Refuses a path that cannot be a mesh file of one of the formats, without opening it."""
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
@@ -142,13 +141,13 @@ def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) 
 
 
 def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[Path], Reading] | None = None) -> Reading:
-    """Read a mesh file, or refuse it with an `InputError`; `unchecked` reads a format that nothing here understands."""
+    """Reads a mesh file, or refuses it with an `InputError`; `unchecked` reads the formats of `UNCHECKED`."""
     check_input(path)
     kind = extension(path)
     if kind in UNCHECKED and unchecked is None:
         raise InputError(
             path,
-            f"nothing but MeshLab's own reader understands .{kind} files, and that believes whatever they say; "
+            f"only MeshLab's own reader understands .{kind} files, and it does not check what they say; "
             f"save it as .ply or .obj, or give --unchecked if you trust it",
         )
     try:
@@ -170,7 +169,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
 
 
 def check_magic(path: Path) -> None:
-    """Refuse a file that begins as none of its format does, before all of it is read."""
+    """Refuses a file whose first bytes do not fit its format, before reading all of it."""
     with path.open("rb") as file:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
@@ -182,7 +181,7 @@ def check_magic(path: Path) -> None:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
-    """Refuse a file that another program writes to while the context lasts."""
+    """Refuses a file that another program changes while the context is open."""
     before = path.stat()
     yield
     after = path.stat()
@@ -191,7 +190,7 @@ def unchanged(path: Path) -> Iterator[None]:
 
 
 def completed(path: Path, reading: Reading) -> Reading:
-    """The reading with a label and counts, and without vertices that are not finite, which nothing can compute with."""
+    """Returns the reading with label and counts, without vertices whose coordinates are not finite."""
     mesh = reading.mesh
     source = mesh.source
     assert source is not None

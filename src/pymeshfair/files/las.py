@@ -1,4 +1,4 @@
-"""Reads and writes LAS and LAZ files, through laspy: every dimension of the points is an attribute of that name."""
+"""Reads and writes LAS and LAZ files through laspy; each dimension of the points is an attribute of the same name."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from .outputs import WORTH_A_WARNING, Writing
 
 _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
-#: attributes of `MeshData` that have dimensions of their own names
+#: attributes of `MeshData` that are stored in dimensions of the same names
 _NUMBERS = ("scalars", "radii")
-#: bytes of the header of LAS 1.0, and the most that are read of a longer one
+#: bytes of the header of LAS 1.0, and the most bytes of a longer header that are read
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
 _CHUNK = 1 << 20
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
@@ -38,7 +38,7 @@ _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
 
 @dataclass(frozen=True, eq=False)
 class LasDocument:
-    """A LAS file, for the writer: its header, its extended records and (n, 3) colours of 16 bits."""
+    """What the writer needs of a LAS file: header, extended records and (n, 3) 16-bit colours."""
 
     header: Any
     records: Any
@@ -47,7 +47,7 @@ class LasDocument:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """The reader of a file."""
+    """Opens a file with laspy; turns the errors of laspy into `ContentsError`."""
     laspy, errors = _laspy()
     _check_records(path)
     try:
@@ -58,13 +58,13 @@ def opened(path: Path) -> Iterator[Any]:
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # of lazrs, which cannot be imported and is no Exception
+        if type(error).__name__ != "PanicException":  # of lazrs: no Exception, and not importable
             raise
         raise ContentsError(f"lazrs cannot decompress it: {error}") from None
 
 
 def _check_records(path: Path) -> None:
-    """Refuses a header that declares more variable length records than there is room for: laspy would make them all."""
+    """Refuses a header with more variable length records than fit in the file, since laspy would allocate all of them."""
     with path.open("rb") as file:
         header = file.read(_LONGEST_HEADER)
     if len(header) < _SHORTEST_HEADER or not header.startswith(b"LASF"):
@@ -81,18 +81,18 @@ def _check_records(path: Path) -> None:
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
-    """The package, and what it raises about files that are damaged or cannot be written."""
+    """Returns the laspy package, and the errors that it raises about damaged or unwritable files."""
     try:
         import laspy
         from lazrs import LazrsError
     except ImportError as error:
         raise ContentsError(MISSING_LASPY) from error
-    logging.getLogger("laspy").addHandler(logging.NullHandler())  # its errors are raised as well
-    return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # of a buffer that ends within a point
+    logging.getLogger("laspy").addHandler(logging.NullHandler())  # laspy also raises what it logs
+    return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # ValueError: a point is cut
 
 
 def chunks(reader: Any, size: int) -> Iterator[Any]:
-    """The points of a reader in pieces, as many as the header declares."""
+    """Yields the points of a reader in pieces; refuses a file with fewer points than declared."""
     declared, read = int(reader.header.point_count), 0
     for chunk in reader.chunk_iterator(size):
         read += len(chunk)
@@ -102,7 +102,7 @@ def chunks(reader: Any, size: int) -> Iterator[Any]:
 
 
 def read_las(path: Path, references: References) -> Reading:
-    """Read a LAS, LAZ or COPC file."""
+    """Reads a LAS, LAZ or COPC file."""
     with opened(path) as reader:
         header = copy.deepcopy(reader.header)
         names = [name for name in header.point_format.dimension_names if name not in _PLACE]
@@ -138,16 +138,16 @@ def _levels(deep: NDArray[np.uint16]) -> NDArray[np.uint8]:
 
 
 def las_unit(path: Path) -> str | None:
-    """The unit of length of the coordinate reference system of a file; raises as `opened`."""
+    """Returns the unit of length in the coordinate reference system of a file; raises the errors of `opened`."""
     with opened(path) as reader:
         return _unit([*reader.header.vlrs, *(reader.evlrs or ())])
 
 
 def _unit(records: list[Any]) -> str | None:
-    """The unit of length of the coordinate reference system, where there is one and it has lengths."""
+    """Returns the unit of length in the coordinate reference system, or None without a known unit."""
     for record in records:
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
-            # The last unit is that of the heights, and the one before it often that of angles.
+            # The text may have units of angles and of heights, too: the first known unit of length counts.
             units = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
             for name in units:
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
@@ -159,21 +159,21 @@ def _unit(records: list[Any]) -> str | None:
 
 
 def _extras(header: Any, records: Any) -> tuple[str, ...]:
-    kept = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
-    system = [r for r in kept if r.user_id == "LASF_Projection"]
-    others = len(kept) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in kept)
+    remaining = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
+    system = [r for r in remaining if r.user_id == "LASF_Projection"]
+    others = len(remaining) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in remaining)
     extras = ["its coordinate reference system"] if system else []
     return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh, with the header of the LAS file that they come from; compressed if the output is LAZ."""
+    """Writes the vertices of a mesh with the header of their source LAS file; compressed if the output is LAZ."""
     return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
-#: by column, the dimension that holds it, and what its numbers are multiplied with
+#: by column, the dimension that stores it, and the factor for its numbers
 _Stored: TypeAlias = dict[str, tuple[str, float]]
-#: of each column of single numbers, and of the three coordinates, the least, the largest, and whether all are whole
+#: for each scalar column and each coordinate axis: minimum, maximum, and whether all numbers are whole
 _Ranges: TypeAlias = dict[str | int, tuple[float, float, bool]]
 
 
@@ -183,10 +183,10 @@ def write_las_pieces(
     document: LasDocument | None = None,
     writing: Writing | None = None,
 ) -> tuple[str, ...]:
-    """Write pieces of a cloud, at least one, which have the same attributes: once for their extent, and once to be written.
+    """Writes a cloud in pieces with equal attributes, at least one; `pieces` is called twice: to measure, and to write.
 
-    The steps of the coordinates are those of the document if they suffice, without `writing` the finest powers of ten that 32
-    bits hold. Raises `ContentsError` if the format cannot hold them, or laspy is missing.
+    Coordinates keep the steps of the document if these suffice. Without `writing` the step is the finest power of ten that
+    32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     rest = pieces()
@@ -201,9 +201,9 @@ def write_las_pieces(
     stored = _dimensions(header, first_columns, ranges, notes)
     if 0 in ranges:
         least, most = (np.array([ranges[axis][end] for axis in range(3)]) for end in (0, 1))
-        fine = 0.0 if writing is None else WORTH_A_WARNING * writing.resolution()
-        if writing is None or not _suffices(header, first.vertices, least, most, fine):
-            _choose_scale(header, least, most, fine, notes)
+        resolution = 0.0 if writing is None else WORTH_A_WARNING * writing.resolution()
+        if writing is None or not _suffices(header, first.vertices, least, most, resolution):
+            _choose_scale(header, least, most, resolution, notes)
     compress = writing is not None and writing.extension == "laz"
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
@@ -230,8 +230,8 @@ def _points(header: Any, vertices: Floats, columns: dict[str, Array], stored: _S
 
 
 def _widen(ranges: _Ranges, mesh: MeshData, columns: dict[str, Array]) -> None:
-    each: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
-    for name, values in each:
+    columns_and_axes: list[tuple[str | int, Array]] = [*columns.items(), *enumerate(mesh.vertices.T)]
+    for name, values in columns_and_axes:
         if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
             is_whole = values.dtype.kind != "f" or bool((values == np.rint(values)).all())
             least, most, whole = ranges.get(name, (np.inf, -np.inf, True))
@@ -245,20 +245,20 @@ def _header(mesh: MeshData, document: LasDocument | None) -> tuple[Any, Any]:
     if document is None:
         header = laspy.LasHeader(point_format=7 if "colors" in mesh.vertex_attributes else 6, version="1.4")
         header.generating_software = "pymeshfair"
-        header.creation_date = date(1980, 1, 1)  # so that the same mesh makes the same bytes on every day
+        header.creation_date = date(1980, 1, 1)  # fixed, so that a mesh gives the same bytes on every day
         return header, None
     return header_of(document.header, document.records)
 
 
 def header_of(header: Any, records: Any) -> tuple[Any, Any]:
-    """A copy of a file's header and its extended records for another file of points, without the octree of COPC."""
+    """Returns copies of a file's header and extended records for a new file, without the octree of COPC."""
     header = copy.deepcopy(header)
     header.vlrs = [r for r in header.vlrs if r.user_id != "copc"]
     return header, None if records is None else type(records)([r for r in records if r.user_id != "copc"])
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
-    """The dimensions to write by name, but for the places."""
+    """Returns the columns to write by dimension, without the coordinates."""
     columns: dict[str, Array] = {}
     for name, values in mesh.vertex_attributes.items():
         if name == "colors":
@@ -279,53 +279,53 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 
 
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
-    """The dimension of each column: missing ones are declared in the header, columns that the format cannot hold are left out.
+    """Chooses a dimension for each column: declares missing ones in the header, leaves out what the format cannot hold.
 
-    Where the format's own dimension cannot hold the numbers, they get one with "_" behind its name.
+    Numbers that do not fit a standard dimension go to an extra dimension, whose name ends with "_".
     """
     import laspy
 
-    own = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
-    there = set(header.point_format.dimension_names)
+    standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
+    declared = set(header.point_format.dimension_names)
     stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = ranges.get(name, (0.0, 0.0, True))
-        kept = name
-        if name in own and own[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
+        stored_name = name
+        if name in standard and standard[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
                 notes.append("its intensity from 0 to 1 became one from 0 to 65535, rounded")
                 stored[name] = name, 65535.0
                 continue
-            if not (whole and own[name].min <= least and most <= own[name].max):
-                kept = f"{name}_"
-                notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {kept!r}")
-        stored[name] = kept, 1.0
-        if kept in there:
+            if not (whole and standard[name].min <= least and most <= standard[name].max):
+                stored_name = f"{name}_"
+                notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {stored_name!r}")
+        stored[name] = stored_name, 1.0
+        if stored_name in declared:
             continue
         kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]
         width = 1 if values.ndim == 1 else values.shape[1]
-        if len(kept.encode()) > 32 or width > 3 or kind == "f2":
+        if len(stored_name.encode()) > 32 or width > 3 or kind == "f2":
             notes.append(f"the dimension {name[:40]!r}, which the format cannot hold, is left out")
             del stored[name]
             continue
-        header.add_extra_dim(laspy.ExtraBytesParams(kept, kind if width == 1 else f"{width}{kind}"))
+        header.add_extra_dim(laspy.ExtraBytesParams(stored_name, kind if width == 1 else f"{width}{kind}"))
     return stored
 
 
-def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, fine: float) -> bool:
+def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolution: float) -> bool:
     reach = np.maximum(np.abs(least - header.offsets), np.abs(most - header.offsets))
     if (reach / header.scales >= 2**31 - 1).any():
         return False
     steps = np.rint((vertices - header.offsets) / header.scales)
     moved = np.abs(steps * header.scales + header.offsets - vertices).max()
-    return bool(moved <= max(fine, 4 * np.spacing(np.abs(vertices).max())))
+    return bool(moved <= max(resolution, 4 * np.spacing(np.abs(vertices).max())))
 
 
-def _choose_scale(header: Any, least: Floats, most: Floats, fine: float, notes: list[str]) -> None:
-    """Steps that resolve a length of `fine`, or the finest ones if that is 0."""
+def _choose_scale(header: Any, least: Floats, most: Floats, resolution: float, notes: list[str]) -> None:
+    """Sets the steps of the header to resolve the length `resolution`, or to the finest steps if it is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
-    step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest
+    step = 10.0 ** np.floor(np.log10(2 * resolution)) if resolution > 0 else finest
     if step < finest:
         raise ContentsError(
             f"coordinates over a length of {extent:.3g} in steps of {step:.3g} need more than the 32 bits of the format; "

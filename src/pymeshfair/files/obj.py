@@ -1,6 +1,6 @@
-"""Reads OBJ files with their materials, every line and word of them; writes them with materials, groups and objects.
+"""Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-A mesh with the elements of its file is written as that text with new numbers where they differ, another one as a new text.
+If a mesh still has the elements of its file, its text is written with changed numbers replaced; otherwise a new text.
 """
 
 import re
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
-from ..mesh_data.mesh_data import numbered as kept_ids
+from ..mesh_data.mesh_data import source_ids
 from .errors import ContentsError, InputError
-from .inputs import Reading, References, shown, unended
+from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
 from .polygons import are_equal, edges_of, numbered, outlines, triangulated
 from .tokens import (
@@ -39,7 +39,7 @@ from .tokens import (
     word,
 )
 
-#: the keywords of the format by what their lines are
+#: the keywords of the format, by the contents of their lines
 _LINES = {
     **{"vertices": "v", "texture coordinates": "vt", "normals": "vn", "faces": "f", "polylines": "l", "point elements": "p"},
     **{"groups": "g", "objects": "o", "smoothing groups": "s mg", "uses of materials": "usemtl", "material files": "mtllib"},
@@ -50,28 +50,28 @@ _LINES = {
 }
 _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
-#: lines that hold for all faces behind them
+#: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: what else is not written anew
+#: other contents that a new text does not have
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
-#: the possible counts of numbers of a vertex: its place, with a weight, with a colour, with a colour and its opacity
+#: how many numbers a vertex may have: a position; the same with a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
-#: corners of the largest face; the time to cut it into triangles grows with their square
+#: most corners of a face; the time of triangulation grows with their square
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
 _LEVELS = "the colours of its vertices go up to 255: they are taken for levels of 255, not for shares from 0.0 to 1.0"
-#: the most bytes and materials of material files; a mesh with a texture for every house of a city has thousands
+#: most bytes and materials of material files; a city with a texture for each house has thousands of materials
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
-#: the count of numbers after each keyword
+#: how many numbers follow each keyword of a material file
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
-#: the options of a map with their words, before the name of its file
+#: the options of a texture map with their values, before the name of its file
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: for each colour level a share of six digits: 255 times it gives the level, whether rounded or truncated
+#: for each colour level a share of six digits; 255 times this share gives the level, rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
@@ -86,20 +86,20 @@ class Material:
 
 @dataclass
 class Materials:
-    """The contents of material files."""
+    """The contents of all material files of a mesh."""
 
-    named: dict[str, Material] = field(default_factory=dict)  # the materials by their names
-    lines: list[str] = field(default_factory=list)  # those of the files
-    #: by line, for those with the name of an image, the words before it and the name
+    named: dict[str, Material] = field(default_factory=dict)  # materials by name
+    lines: list[str] = field(default_factory=list)  # all lines of the files
+    #: by number of a line that names an image: the words before the name, and the name
     images: dict[int, tuple[str, str]] = field(default_factory=dict)
-    others: dict[str, None] = field(default_factory=dict)  # keywords and options besides a colour and its texture
+    others: dict[str, None] = field(default_factory=dict)  # keywords and options that are not read
 
     @property
     def textures(self) -> list[str]:
         return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
 
     def text(self, names: Mapping[str, str]) -> bytes:
-        """The files as one, with images under other names."""
+        """Joins the files into one, with images renamed by `names`."""
         lines = list(self.lines)
         for number, (before, name) in self.images.items():
             if names.get(name, name) != name:
@@ -111,14 +111,14 @@ class Materials:
             data = file.read(MATERIAL_LIMIT + 1)
         if len(data) > MATERIAL_LIMIT or b"\0" in data:
             what = "is no text" if b"\0" in data else f"has more than {MATERIAL_LIMIT:,} bytes"
-            raise InputError(mesh, f"the material file {shown(path.name)} {what}")
+            raise InputError(mesh, f"the material file {quoted(path.name)} {what}")
         material: Material | None = None
         for line in re.split(r"\r\n|\n|\r", joined(data).decode("utf-8", "surrogateescape").removesuffix("\n")):
             keyword, _, rest = " ".join(re.sub(r"(^|\s)#.*", "", line).split()).partition(" ")
             if keyword == "newmtl":
                 material = self.named.setdefault(rest, Material())
                 if len(self.named) > MOST_MATERIALS:
-                    raise InputError(mesh, f"the material file {shown(path.name)} has more than {MOST_MATERIALS:,} materials")
+                    raise InputError(mesh, f"the material file {quoted(path.name)} has more than {MOST_MATERIALS:,} materials")
             elif keyword:
                 self._take(material, keyword, rest)
             self.lines.append(line)
@@ -140,35 +140,35 @@ class Materials:
             self.others[keyword] = None
         elif keyword == "Kd":
             shares = np.nan_to_num(np.clip(np.array(numbers, np.float32), 0, 1)).astype(np.float64)
-            material.color = (*(255.0 * shares).astype(np.uint8).tolist(), 255)  # not rounded, as in MeshLab
+            material.color = (*(255.0 * shares).astype(np.uint8).tolist(), 255)  # truncated, as in MeshLab
         elif keyword == "d" and float(numbers[0]) < 1.0:
             self.others[f"d {numbers[0]}"] = None
 
 
 @dataclass(frozen=True, eq=False)
 class ObjDocument:
-    """An OBJ file as it was read, for the writer."""
+    """What the writer needs of an OBJ file that was read."""
 
     data: bytes  # its bytes
-    tokens: Tokens  # its lines alone
+    tokens: Tokens  # positions of its lines; kinds and values of words are left out
     mesh: MeshData  # the mesh in it
-    width: int  # how many numbers stand on the line of a vertex
+    width: int  # how many numbers the line of a vertex has
     normals: Floats  # (k, 3) of the ``vn`` lines
-    #: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none
+    #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has one
     corner_normals: Longs | None
-    states: Longs  # (m, 5) the last lines of `STATES` before each triangle, -1 for none
-    materials: Materials  # of its material files
-    lost: tuple[str, ...]  # contents that cannot be written anew, in words
+    states: Longs  # (m, 5) for each triangle the last line of each keyword in `STATES`, -1 for none
+    materials: Materials  # contents of its material files
+    lost: tuple[str, ...]  # names of contents that a new text cannot have
 
 
 class _Corners(NamedTuple):
-    lines: Longs  # (p,) where they are
-    lengths: Longs  # (p,) how many corners each has
+    lines: Longs  # (p,) the line of each face or polyline
+    lengths: Longs  # (p,) its corner count
     indices: Longs  # (c, 3) the indices of vertices, texture coordinates and normals, -1 for none
 
 
 def read_obj(path: Path, references: References) -> Reading:
-    """Read an OBJ file and its materials."""
+    """Reads an OBJ file and its materials."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -202,16 +202,16 @@ def read_obj(path: Path, references: References) -> Reading:
     use = (np.searchsorted(uses, corners.lines) - 1)[row]
     if len(indices) and any(name in materials.named for name in names):
         shades: list[tuple[int, ...]] = [_GREY]
-        for name in names:  # one that is not known does not change the colour
+        for name in names:  # an unknown material does not change the colour
             shades.append(materials.named[name].color if name in materials.named else shades[-1])
         attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
         of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
-        # A file with one texture and no uses of materials means it for all faces.
+        # If a file has one texture and uses no material, all faces have the texture.
         of_use.append(0 if not names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
-    own, corner_normals = _normals(len(vertices), normals, indices, notes)
-    vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", own)) if values is not None}
+    vertex_normals, corner_normals = _normals(len(vertices), normals, indices, notes)
+    vertex_attributes = {name: values for name, values in (("colors", colors), ("normals", vertex_normals)) if values is not None}
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
@@ -219,7 +219,7 @@ def read_obj(path: Path, references: References) -> Reading:
         edges=edges_of(lines.indices[:, 0], lines.lengths),
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
-        keeps_normals=own is not None and len(indices) > 0,
+        keeps_normals=vertex_normals is not None and len(indices) > 0,
         textures=tuple(Texture(name, references.find_image(name)) for name in materials.textures),
     )
     states, others = (tuple(f"{what} ({n:,})" for what in kind if (n := counts[what])) for kind in (_STATES, _OTHERS))
@@ -240,6 +240,7 @@ def read_obj(path: Path, references: References) -> Reading:
 
 
 def _counts(tokens: Tokens) -> Counter[str]:
+    """Counts lines by their contents (`_LINES`); refuses a line without a keyword of the format."""
     counts = Counter[str]()
     for code, number in zip(*(a.tolist() for a in np.unique(tokens.keywords, return_counts=True)), strict=True):
         what = _CODES.get(code)
@@ -254,12 +255,12 @@ def _counts(tokens: Tokens) -> Counter[str]:
 
 
 def lines_of(tokens: Tokens, keyword: bytes) -> Longs:
-    """The lines that begin with a keyword."""
+    """Returns the lines that begin with a keyword."""
     return np.flatnonzero(tokens.keywords == word(keyword))
 
 
 def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs, Longs, Floats]:
-    """The lines of a keyword, how many numbers each has, one of some `widths`, and the numbers up to the least of these."""
+    """Returns the lines of a keyword, the count of numbers of each (one of `widths`), and its first `widths[0]` numbers."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
     expected = " or ".join(map(str, widths))
@@ -268,14 +269,14 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
 
 
 def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
-    """The numbers per vertex, the coordinates, the colours, and whether these are levels in the file."""
+    """Returns numbers per vertex, coordinates, colours, and whether the file has the colours as levels."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
-    rest = numbers_of(tokens, lines, 4, width - 3)
-    if width == 4 and (rest != 1).any():
+    extra = numbers_of(tokens, lines, 4, width - 3)
+    if width == 4 and (extra != 1).any():
         notes["weights of vertices"] = None
-    if b"#MRGB " in data:  # ZBrush has them in comments, as 8 digits of a mask and a colour each
+    if b"#MRGB " in data:  # ZBrush has colours in comments: 8 digits of mask and colour a vertex
         masks = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
         if len(masks) == 4 * len(lines):
             painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
@@ -283,18 +284,18 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
             return width, vertices, painted, False
     if width < 6:
         return width, vertices, None, False
-    strange, top = ~((rest >= 0) & (rest <= 1)).all(axis=1), 1.0
-    if strange.any():
-        if width == 7 or not ((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all():
-            raise ContentsError(f"the colour of its vertex {int(np.argmax(strange)) + 1:,} is not from 0.0 to 1.0")
+    is_outside, top = ~((extra >= 0) & (extra <= 1)).all(axis=1), 1.0
+    if is_outside.any():
+        if width == 7 or not ((extra >= 0) & (extra <= 255) & (extra == np.rint(extra))).all():
+            raise ContentsError(f"the colour of its vertex {int(np.argmax(is_outside)) + 1:,} is not from 0.0 to 1.0")
         top = 255.0
     colors = np.full((len(lines), 4), 255, np.uint8)
-    colors[:, : width - 3] = np.rint(rest / top * 255.0)
+    colors[:, : width - 3] = np.rint(extra / top * 255.0)
     return width, vertices, colors, top > 1.0
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
-    """Take the lines of a keyword apart: ``vertex/texture coordinate/normal``, counted from 1, or backwards from -1."""
+    """Parses ``vertex/texture coordinate/normal`` on the lines of a keyword, counted from 1, or backwards from -1."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
     lengths = tokens.lengths
@@ -315,24 +316,24 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     corner = np.cumsum(slots == 0) - 1
     indices = np.full((int(per_line.sum()), 3), -1, np.int64)
     for slot, (kind, name) in enumerate((("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal"))):
-        there = (slots == slot) & (kinds == INTEGER)
-        if not there.any() or (slot and keyword == "l"):
+        is_named = (slots == slot) & (kinds == INTEGER)
+        if not is_named.any() or (slot and keyword == "l"):
             continue
         if slot and not counts[_KEYWORDS[kind]]:
             notes[f"that its faces name {_KEYWORDS[kind]}, of which it has none"] = None
             continue
-        number, at = values[there], line_of[there]
-        so_far = np.cumsum(tokens.keywords == word(kind.encode()))[at]
-        number = np.where(number < 0, number + so_far, number - 1)
-        refuse(tokens, at, (number < 0) | (number >= so_far), f"names a {name} that is none of those before it")
-        indices[corner[there], slot] = number
+        index, line = values[is_named], line_of[is_named]
+        so_far = np.cumsum(tokens.keywords == word(kind.encode()))[line]
+        index = np.where(index < 0, index + so_far, index - 1)
+        refuse(tokens, line, (index < 0) | (index >= so_far), f"names a {name} that is not among those before it")
+        indices[corner[is_named], slot] = index
     return _Corners(lines, per_line, indices)
 
 
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
-    """The normals of the vertices, and which the corners of the triangles name.
+    """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab vertices have normals of their own if there are as many of both: that of the last corner that names one.
+    As in MeshLab, vertices have normals if the file has as many normals as vertices; the last corner of a vertex decides.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
@@ -344,18 +345,18 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     if not len(indices):
         return normals, None
     of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
-    own = np.zeros((count, 3))
-    own[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
-    if not np.array_equal(own[indices[:, :, 0]], normals[of_corners], equal_nan=True):
+    vertex_normals = np.zeros((count, 3))
+    vertex_normals[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
+    if not np.array_equal(vertex_normals[indices[:, :, 0]], normals[of_corners], equal_nan=True):
         notes["normals of corners"] = None
-    return own, of_corners
+    return vertex_normals, of_corners
 
 
 def _materials(
     path: Path, tokens: Tokens, names: Sequence[str], references: References, notes: dict[str, None]
 ) -> tuple[Materials, list[Path]]:
     libraries = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
-    # Some programs name no material file, and mean the one of the same name.
+    # Some programs name no material file; theirs has the name of the mesh.
     files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if names else []), references)
     for name in missing if libraries else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
@@ -368,12 +369,12 @@ def _materials(
         if others := [word for word in materials.others if word not in before]:
             notes[f"{', '.join(others)} of the material file {file.name}"] = None
     if files and (unknown := set(names) - set(materials.named)):
-        notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
+        notes[f"uses of the material {quoted(min(unknown))}, which its material files do not have"] = None
     return materials, files
 
 
 def _rest(tokens: Tokens, k: int) -> str:
-    """The rest of a line after its keyword, without a comment, with one blank between words."""
+    """Returns the words of a line after its keyword, joined by single blanks, without a comment."""
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
 
@@ -390,7 +391,7 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
 
 
 def _states(tokens: Tokens, faces: Longs) -> Longs:
-    """(p, 5) the last lines of `STATES` before each of some lines, -1 for none."""
+    """Returns (p, 5) the last line of each keyword in `STATES` before each face, -1 for none."""
     states = np.full((len(faces), len(STATES)), -1, np.int64)
     for k, keyword in enumerate(STATES):
         lines = lines_of(tokens, keyword)
@@ -399,21 +400,21 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """The files that ``mtllib`` lines mean, a name with blanks or several on a line, and the names that mean none."""
+    """Returns the files of ``mtllib`` lines, and the names without a file; a line has one name, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
-        whole = references.find(name)
-        each = [whole] if whole else [references.find(part) for part in name.split()]
-        if each and all(each):
-            paths |= dict.fromkeys(path for path in each if path)
+        single = references.find(name)
+        parts = [single] if single else [references.find(part) for part in name.split()]
+        if parts and all(parts):
+            paths |= dict.fromkeys(path for path in parts if path)
         else:
             missing.append(name)
     return list(paths), missing
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh; see the module."""
+    """Writes a mesh as the text of its file with changed numbers, or as a new text."""
     document = mesh.document(ObjDocument)
     normals, of_corners = _normals_to_write(mesh, document)
     if document is not None and document.materials.lines:
@@ -441,25 +442,24 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
-    """(k, 3) the normals, and (m, 3) the index of that at each corner; None for a cloud or a mesh without normals.
+    """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices have moved, corners that shared a normal at a vertex get the angle-weighted mean of the normals of their faces, so
-    that sharp edges stay sharp.
+    If vertices moved, corners with the same vertex and normal get the mean of their face normals by angle: edges stay sharp.
     """
-    own = mesh.vertex_attributes.get("normals")
+    vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):
-        return (np.empty((0, 3)) if own is None else own), None
+        return (np.empty((0, 3)) if vertex_normals is None else vertex_normals), None
     if document is None or document.corner_normals is None or document.mesh.keeps_normals != mesh.keeps_normals:
         return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
-    read = document.mesh
+    former = document.mesh
     rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
-    still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
-    before = read.vertex_attributes.get("normals")
-    if (own is not None and mesh.keeps_normals) and (  # those in a file may have any length
-        before is None or not np.allclose(unit_vectors(own), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
+    still = np.array_equal(mesh.vertices, former.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
+    before = former.vertex_attributes.get("normals")
+    if (vertex_normals is not None and mesh.keeps_normals) and (  # normals in a file may have any length
+        before is None or not np.allclose(unit_vectors(vertex_normals), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
     ):
-        return own, mesh.faces.astype(np.int64)
-    ids = kept_ids(mesh.face_ids, len(mesh.faces))
+        return vertex_normals, mesh.faces.astype(np.int64)
+    ids = source_ids(mesh.face_ids, len(mesh.faces))
     named = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
     if still and (named >= 0).all():
         return document.normals, named
@@ -471,28 +471,28 @@ def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Flo
 def _patched_text(
     mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
 ) -> bytes | None:
-    """The original text with new numbers and the material file of the output; None if elements or attributes differ."""
-    read = document.mesh
-    colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
+    """Returns the original text with new numbers and the output's material file; None if elements or attributes differ."""
+    former = document.mesh
+    colors, before = mesh.vertex_attributes.get("colors"), former.vertex_attributes.get("colors")
     painted = not are_equal(colors, before)
     if (
         not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
-        or not (np.array_equal(mesh.faces, read.faces) and np.array_equal(mesh.edges, read.edges))
-        or not all(are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
-        or mesh.keeps_normals != read.keeps_normals
+        or not (np.array_equal(mesh.faces, former.faces) and np.array_equal(mesh.edges, former.edges))
+        or not all(are_equal(mesh.face_attributes.get(name), former.face_attributes.get(name)) for name in _OF_FACES)
+        or mesh.keeps_normals != former.keeps_normals
         or (painted and (colors is None or document.width != (3 if before is None else 6)))
         or (line_normals := _line_normals(document, normals, of_corners)) is None
     ):
         return None
     tokens, vertices = document.tokens, lines_of(document.tokens, b"v")
-    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    new, differs = list(mesh.vertices.T), [a != b for a, b in zip(mesh.vertices.T, former.vertices.T, strict=True)]
     cuts = []
     if painted and colors is not None:
         shares = [_SHARES[level] for level in colors.T[:3]]
         if before is not None:
             cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
         else:
-            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # behind the coordinates
+            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # empty spans behind the coordinates
             cuts.append((ends, [b" %r %r %r" % row for row in zip(*(s.tolist() for s in shares), strict=True)]))
             differs[2] = np.ones(len(vertices), np.bool_)
     cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))
@@ -510,8 +510,8 @@ def _patched_text(
 
 
 def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
-    """The normals of the ``vn`` lines; None if a line would need several normals."""
-    if of_corners is None or document.corner_normals is None:  # of a cloud
+    """Returns the new normals of the ``vn`` lines; None if a line would need several normals."""
+    if of_corners is None or document.corner_normals is None:  # a cloud
         return normals if len(normals) == len(document.normals) else document.normals
     if normals is document.normals:
         return normals
@@ -525,7 +525,7 @@ def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | No
 
 
 def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
-    """(k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
+    """Returns (k, 2) texture coordinates, and (m, 3) their index at each corner, -1 for none."""
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
         of_vertices = mesh.vertex_attributes.get("texture_coordinates")
@@ -541,7 +541,7 @@ def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
 
 
 def _looks(mesh: MeshData) -> Longs:
-    """(m, 4) the number of the texture of each face, and its red, green and blue; -1 for what it does not have."""
+    """Returns (m, 4) texture number, red, green and blue of each face; -1 for a missing value."""
     looks = np.full((len(mesh.faces), 4), -1, np.int64)
     if (numbers := mesh.face_attributes.get("texture")) is not None:
         looks[:, 0] = numbers
@@ -553,16 +553,16 @@ def _looks(mesh: MeshData) -> Longs:
 def _states_to_write(
     mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
 ) -> tuple[Longs, dict[int, bytes]]:
-    """(m, 5) the lines of `STATES` that hold for each face, -1 for none, and their texts.
+    """Returns (m, 5) the state lines (`STATES`) that apply to each face, -1 for none, and the texts of these lines.
 
-    Faces that do not look as they did in the file get new materials, which are added to the material file.
+    Faces with another texture or colour than in the file get new materials, which are added to the material file.
     """
     looks = _looks(mesh)
     states = np.full((len(looks), len(STATES)), -1)
     names, texts = set[str](), dict[int, bytes]()
     if document is not None:
         names = set(document.materials.named)
-        ids = kept_ids(mesh.face_ids, len(looks))
+        ids = source_ids(mesh.face_ids, len(looks))
         states[ids >= 0] = document.states[ids[ids >= 0]]
         states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
         texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
@@ -597,16 +597,16 @@ def _face_lines(
     texts: dict[int, bytes],
     notes: list[str],
 ) -> Iterator[bytes]:
-    """The lines of the faces, with a line before each change of material, group or object."""
+    """Yields the lines of faces, with a state line before each change of material, group or object."""
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     notes += shape.notes
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
-    each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
+    corner_words = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
     if of_wedges is not None and (of_wedges < 0).any():
         for k in np.flatnonzero(corners[1] == 0).tolist():
-            each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
-    lines = [f"f {' '.join(run)}\n" for run in runs(each, shape.lengths)]
+            corner_words[k] = corner_words[k].replace("/0", "/" if of_normals is not None else "", 1)
+    lines = [f"f {' '.join(run)}\n" for run in runs(corner_words, shape.lengths)]
     states = states[shape.triangles]
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
     current = [-1] * states.shape[1]

@@ -1,7 +1,7 @@
-"""The files that a run writes: checked before, and the mesh written to the staging folder.
+"""Checks the output files before a run, and writes its mesh to the staging folder.
 
-A repeated run may replace its own files. Textures have the bytes of the input, lie in the folder of the output, and never
-replace a file that no run wrote. What a format cannot hold is named in warnings.
+A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and never
+replace a file that no run wrote. Warnings name the contents that a format cannot hold.
 """
 
 import os
@@ -25,14 +25,14 @@ from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file,
 
 @dataclass(frozen=True)
 class MadeFrom:
-    """The sources of an output. Runs with equal sources may replace the files of each other."""
+    """The sources of an output. Runs with equal sources may replace each other's files."""
 
     input: Path
     recipe: str  # the SHA-256 digest of the recipe
     others: tuple[Path, ...] = ()  # the files of further layers
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
-        """The reason why a provenance record does not belong to a run with these sources; None if it does."""
+        """Returns why a provenance record is not from a run with these sources, or None if it is."""
         if record is None:
             return "no provenance says that a run wrote it"
         source = Path(str(record["input"].get("path")))
@@ -48,7 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Refuse an output that cannot be written or, without `overwrite`, is there and was changed or made from other sources."""
+    """Refuses an output that cannot be written, or without `overwrite` an existing one that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuse intervention maps that cannot or must not be written, by the rules of `check_output`."""
+    """Refuses intervention maps that cannot or must not be written, by the rules of `check_output`."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):
@@ -75,7 +75,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuse to replace files that are not, byte for byte, those of a run with the same sources."""
+    """Refuses to replace files unless a run with the same sources wrote exactly their bytes."""
     for path in existing:
         reason = made_from.differs(record)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != recorded_digest(record, path):
@@ -89,23 +89,23 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def material_path(output: Path) -> Path:
-    """The material file that MeshLab writes beside an OBJ file."""
+    """Returns the path of the material file beside an OBJ file."""
     return output.with_name(f"{output.name}.mtl")
 
 
 def stage_textures(
-    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own: bool = False
+    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, prefixed: bool = False
 ) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
-    """Write textures to the staging folder, with `own` each under a name that begins with that of the output.
+    """Writes textures to the staging folder; with `prefixed` their names begin with the name of the output.
 
-    Those to put in place, those that are already there, and by the names of the textures what they are called beside the output.
+    Returns the files to put in place, the textures already in place, and by texture name the file name beside the output.
     """
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
     for number, texture in enumerate(textures):
         last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what file systems refuse
+        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without characters that file systems refuse
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
@@ -114,7 +114,7 @@ def stage_textures(
         else:
             shutil.copyfile(texture.image, staged)
         this_system().flush(staged)
-        wished = f"{output.name}-{name}" if own else name
+        wished = f"{output.name}-{name}" if prefixed else name
         target, in_place = _free_target(output, wished, staged, record, {f.target for f in files})
         names[texture.name] = target.name
         reused += [target] if in_place else []
@@ -131,15 +131,15 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
         if not os.path.lexists(target):
             return target, False
         if target.is_file() and not target.is_symlink():
-            there = sha256_of(target)
-            if there == digest:
+            former_digest = sha256_of(target)
+            if former_digest == digest:
                 return target, True
-            if there == recorded_digest(record, target):
+            if former_digest == recorded_digest(record, target):
                 return target, False
     raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
 
 
-#: the shares of a mean edge by which rounding may move a vertex: above the first is a warning, above the second an error
+#: limits of the rounding of vertices, as shares of the mean edge: the first for a warning, the second for an error
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 
@@ -157,15 +157,15 @@ class Saved:
 class Writing:
     """Input of a writer besides the mesh."""
 
-    resolution: Callable[[], float]  # gives the length that coordinates must be able to tell apart
-    textures: Mapping[str, str]  # by the names of the textures their names beside the output
+    resolution: Callable[[], float]  # returns the length that coordinates must resolve
+    textures: Mapping[str, str]  # by texture name, the file name beside the output
     material_file: str  # the name of the material file beside the output
-    materials: list[bytes]  # takes the bytes of the material file, if there is one
+    materials: list[bytes]  # the writer appends the bytes of the material file, if any
     extension: str = ""  # of the output
 
 
-#: Writes a mesh without a matrix to an open file. Returns, in words, what is left out or otherwise than in the file that the mesh
-#: comes from. Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
+#: Writes a mesh without a matrix to an open file. Returns notes on contents that are left out or differ from the source file.
+#: Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
 
 
@@ -178,9 +178,9 @@ def save_mesh(
     record: Mapping[str, Any] | None = None,
     own_texture_names: bool = False,
 ) -> Saved:
-    """Write a mesh without a matrix, which will go to `output`, to the staging folder, and flush it to the disk.
+    """Writes a mesh without a matrix to the staging folder, for `output`, and flushes it to the disk.
 
-    `resolution` gives the mean edge, or the mean distance of points; `record` is the provenance of an output to be replaced.
+    `resolution` returns the mean edge, or the mean distance of points; `record` is the provenance of the replaced output.
     """
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
@@ -195,7 +195,7 @@ def save_mesh(
         warnings.append(f"{output.name} does not hold of {source.path.name}: {'; '.join(source.extras)}")
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
-    side_files, reused, names = stage_textures(every, output, stage, record=record, own=own_texture_names)
+    side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
     missing = [texture.name for texture in every if texture.image is None]
     warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
@@ -213,7 +213,7 @@ def save_mesh(
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
-    """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
+    """Returns a warning if rounding moves vertices noticeably; raises `OutputError` if it destroys the shape."""
     if kind.rounding == 0.0 or not (resolution := resolve()):
         return []
     rounding = float(np.abs(mesh.vertices).max()) * kind.rounding

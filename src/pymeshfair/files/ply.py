@@ -1,4 +1,4 @@
-"""Reads PLY files: every element and property of any legal type, in either byte order or as a text."""
+"""Reads PLY files, binary in either byte order or text: all elements, with properties of all types of the format."""
 
 import mmap
 from collections.abc import Mapping
@@ -17,40 +17,40 @@ from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, tex
 from .polygons import triangulated
 from .tokens import Tokens
 
-#: the lists of a face's corners, under both of their names
+#: the two names of the list of a face's corners
 CORNERS = ("vertex_indices", "vertex_index")
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
-#: by element, the properties that become attributes of `MeshData` if all of a group are there; all others are custom ones
-_MEANT = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)), "edge": (EDGE,)}
+#: by element, groups of properties that become an attribute of `MeshData` if complete; other properties are custom
+_GROUPS = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)), "edge": (EDGE,)}
 
 
 @dataclass(frozen=True, eq=False)
 class PlyDocument:
-    """A PLY file as it was read, for the writer."""
+    """What the writer needs of a PLY file that was read."""
 
     header: PlyHeader  # of the file
     tables: Mapping[str, Table]  # the rows of its elements
     data: NDArray[np.uint8]  # its bytes
-    tokens: Tokens | None = None  # those of what stands behind the header, of a text
-    row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if there is one row a triangle
+    tokens: Tokens | None = None  # of a text: the tokens behind the header
+    row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if each row is a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
-    wedges: Array | None = None  # (m, 3, 2) the texture coordinates at the corners of the triangles, or None
+    wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None
 
     def custom(self, element: str) -> dict[str, Array]:
-        """The single numbers of an element that are no attributes of `MeshData`, by name."""
+        """Returns, by name, the scalar properties of an element that are custom attributes."""
         table = self.tables.get(element)
         if table is None:
             return {}
-        meanings = meant(table)
-        return {name: c for name, c in table.columns.items() if name not in meanings and not isinstance(c, Lists)}
+        standard = standard_properties(table)
+        return {name: c for name, c in table.columns.items() if name not in standard and not isinstance(c, Lists)}
 
 
 def read_ply(path: Path, references: References) -> Reading:
-    """Read a PLY file."""
+    """Reads a PLY file."""
     header = read_header(path)
     if "vertex" not in [element.name for element in header.elements]:
         raise ContentsError("it has no element 'vertex'")
@@ -92,9 +92,9 @@ def read_ply(path: Path, references: References) -> Reading:
     return Reading(mesh, doubts)
 
 
-def meant(table: Table) -> set[str]:
-    """The properties of an element that become attributes of `MeshData`."""
-    groups = [group for group in _MEANT.get(table.element.name, ()) if all(table.numbers(name) is not None for name in group)]
+def standard_properties(table: Table) -> set[str]:
+    """Returns the properties of an element that become standard attributes of `MeshData`."""
+    groups = [group for group in _GROUPS.get(table.element.name, ()) if all(table.numbers(name) is not None for name in group)]
     names = {name for group in groups for name in group}
     if COLOR in groups and table.numbers(ALPHA) is not None:
         names.add(ALPHA)
@@ -106,15 +106,15 @@ def meant(table: Table) -> set[str]:
 
 
 def _vectors(table: Table, names: tuple[str, ...]) -> Floats | None:
-    """(n, k) the numbers of these names; None if one is missing."""
+    """Returns (n, k) the properties of these names as columns; None if one is missing."""
     columns = [column for name in names if (column := table.numbers(name)) is not None]
     return np.stack(columns, axis=1, dtype=np.float64) if len(columns) == len(names) else None
 
 
 def colors_of(table: Table) -> NDArray[np.uint8] | None:
-    """(n, 4) the colours of an element as levels from 0 to 255; None if it has none.
+    """Returns (n, 4) colours of an element as levels from 0 to 255; None without colours.
 
-    Whole numbers of more bits are levels of their own range, real ones shares from 0 to 1, or levels if one is above 1.
+    Integers of more than 8 bits are levels in the range of their type; floats are shares of 1, or levels if one is above 1.
     """
     channels = [table.numbers(name) for name in (*COLOR, ALPHA)]
     if any(c is None for c in channels[:3]):
@@ -131,14 +131,14 @@ def colors_of(table: Table) -> NDArray[np.uint8] | None:
 
 
 def top_level(channel: Array) -> float:
-    """The highest level of a channel of colours."""
+    """Returns the value of full intensity in a colour channel."""
     if channel.dtype.kind == "f":
         return 1.0 if not len(channel) or np.nanmax(channel) <= 1.0 else 255.0
     return 255.0 if channel.dtype.itemsize == 1 or channel.max(initial=0) <= 255 else float(np.iinfo(channel.dtype).max)
 
 
 def texture_names(table: Table) -> tuple[str, str] | None:
-    """The properties with the texture coordinates of the vertices, if there are any."""
+    """Returns the names of the texture coordinates of vertices, or None."""
     return next((pair for pair in TEXTURE if all(table.numbers(name) is not None for name in pair)), None)
 
 
@@ -152,7 +152,7 @@ def _attributes_of_vertices(table: Table) -> dict[str, Array]:
 
 
 def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints, Ints | slice, dict[str, Array]]:
-    """The triangles, the row of each, and their attributes."""
+    """Returns the triangles, the row of each triangle, and their attributes."""
     named = [name for name in CORNERS if table.lists(name) is not None]
     if len(named) > 1:
         raise ContentsError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
@@ -188,11 +188,11 @@ def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints,
 
 
 def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
-    """Indices of vertices as whole numbers."""
+    """Returns indices of vertices as integers; refuses fractions and indices out of range."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
         raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
     if values.size and not (values.min() >= least and values.max() < count):
-        raise ContentsError(f"a {what} of it names a vertex that is none of its {count:,}")
+        raise ContentsError(f"a {what} of it names a vertex that is not among its {count:,}")
     return values.astype(np.int64)
 
 
@@ -205,7 +205,7 @@ def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> 
 
 
 def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
-    """The triangles of strips, which a -1 parts; every second one the other way round."""
+    """Returns the triangles of strips, which -1 separates; every second triangle is reversed."""
     values, place = lists.values, np.arange(len(lists.values))
     breaks, begins = values < 0, np.isin(place, lists.starts)
     opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))
@@ -216,19 +216,19 @@ def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
 
 
 def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
-    """The triangles of a range image: two a square whose corners were all measured, one if three were."""
+    """Returns the triangles of a range image: two in a cell with four measured corners, one in a cell with three."""
     comments = [comment.split() for comment in header.comments]
     sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
-        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
+        raise ContentsError(f"it has a grid of {len(lists.lengths):,} places, which do not fit num_cols and num_rows")
     if lists.lengths.max() > 1:
         raise ContentsError("a place of its grid has several vertices")
     grid: Longs = np.full(len(lists.lengths), -1, np.int64)
     grid[lists.lengths > 0] = lists.values
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
-    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # corners of triangles where the first two are none
+    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # of the triangles of cells without d or a
     corners = ((d, c, a), (a, b, d), (third, a, b), (fourth, d, c))
     triangles = np.stack([np.stack(each, axis=1) for each in corners], axis=1)
     return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)
@@ -240,7 +240,7 @@ def _edges(table: Table | None, count: int) -> Ints:
         return np.empty((0, 2), np.int32)
     wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
     if wrong.any():
-        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
+        raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is not among its {count:,}")
     return pairs.astype(np.int32)
 
 
@@ -248,8 +248,8 @@ def _extras(document: PlyDocument) -> list[str]:
     extras: list[str] = []
     for element in document.header.elements:
         if element.count and element.name in ("vertex", "face", "edge"):
-            meanings = meant(document.tables[element.name])
-            extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
+            standard = standard_properties(document.tables[element.name])
+            extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in standard]
         elif element.count and not (document.has_other_faces and element.name in ("tristrips", "range_grid")):
             extras.append(f"element {element.name!r} ({element.count:,})")
     comments = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]

@@ -1,4 +1,4 @@
-"""The header of a PLY file, and its rows as columns, read and checked to the last byte."""
+"""Parses PLY headers, and reads the rows of elements as columns; checks every byte."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, at_line, refuse, tokenise
 
-#: numpy's names of the types
+#: by type name of the format, the name in numpy
 KINDS: Mapping[str, str] = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
@@ -26,16 +26,16 @@ KINDS: Mapping[str, str] = {
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: the most bytes, elements and properties of a header, so that a hostile file cannot fill the memory
+#: most bytes of a header, and most elements and properties, so that a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
-#: bytes that may follow the last row: ends of lines, and the padding of some programs
+#: bytes that may follow the last row: line ends, and padding by some programs
 _PADDING = b" \t\r\n\0\x1a"
 _END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
 
 
 @dataclass(frozen=True)
 class PlyProperty:
-    """One property of an element; `count_type` is the type of a list's length, None if it is no list."""
+    """A property of an element; `count_type` is the type of a list's length, None for a scalar."""
 
     name: str
     type: str
@@ -47,7 +47,7 @@ class PlyProperty:
 
 @dataclass(frozen=True)
 class PlyElement:
-    """One kind of element, such as ``vertex``, and how many of it are declared."""
+    """A kind of element, such as ``vertex``, and its declared count."""
 
     name: str
     count: int
@@ -81,24 +81,24 @@ class PlyHeader:
 
 
 def read_header(path: Path) -> PlyHeader:
-    """The header of a PLY file, its names checked, and its counts against the size of the file."""
+    """Reads the header of a PLY file; checks its names, and its counts against the size of the file."""
     with path.open("rb") as file:
         data = file.read(1 << 16)
         if _END.search(data) is None:
             data += file.read(_LONGEST_HEADER)
         file_size = file.seek(0, 2)
     header = parse_header(data)
-    left = file_size - header.size
+    bytes_left = file_size - header.size
     for element in header.elements:
         if element.count and not element.properties:
             raise ContentsError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
         # In a text a value takes at least a digit and a separator; lists may be empty.
         row = sum(2 if header.format == "ascii" else _SIZES[p.count_type or p.type] for p in element.properties)
         needed = element.count * row - (header.format == "ascii")
-        if needed > left:
+        if needed > bytes_left:
             what = f"{element.count:,} of {element.name!r}, which take at least {needed:,} bytes"
-            raise ContentsError(f"its header declares {what}, but only {max(left, 0):,} follow")
-        left -= needed
+            raise ContentsError(f"its header declares {what}, but only {max(bytes_left, 0):,} follow")
+        bytes_left -= needed
     if len({element.name for element in header.elements}) != len(header.elements):
         raise ContentsError("it declares an element twice")
     for element in header.elements:
@@ -108,7 +108,7 @@ def read_header(path: Path) -> PlyHeader:
 
 
 def parse_header(data: bytes) -> PlyHeader:
-    """The header that these bytes begin with."""
+    """Parses the header at the beginning of some bytes."""
     if not data.startswith(b"ply"):
         raise ContentsError("it does not begin with 'ply'")
     end = _END.search(data)
@@ -146,7 +146,7 @@ def _plain(type_: str) -> str:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """The header with these elements and the new names of textures by their old ones; all other lines as they were."""
+    """Returns the header with these elements, and textures renamed by `textures`; all other lines stay."""
     missing = {e.name: e for e in elements}
     left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     is_kept, end = True, "\n"
@@ -185,7 +185,7 @@ def _declaration(p: PlyProperty) -> str:
 
 
 class Lists(NamedTuple):
-    """The lists of one property: all values, one row after the other, and (n,) how many each row has."""
+    """The lists of one property: the values of all rows in turn, and (n,) the length of each list."""
 
     values: Array
     lengths: Longs
@@ -197,11 +197,11 @@ class Lists(NamedTuple):
 
     @property
     def starts(self) -> Longs:
-        """(n,) the number of the first value of each row."""
+        """(n,) the index of the first value of each row."""
         return np.cumsum(self.lengths) - self.lengths
 
     def chosen(self, rows: Longs) -> Lists:
-        """The lists of some rows; -1 stands for an empty one."""
+        """Returns the lists of some rows; row -1 gives an empty list."""
         lengths = np.where(rows < 0, 0, self.lengths[rows]) if len(self.lengths) else np.zeros(len(rows), np.int64)
         starts = self.starts[rows] if len(self.lengths) else lengths
         return Lists(self.values[indices_of_runs(starts, lengths)], lengths)
@@ -217,23 +217,23 @@ class Table:
 
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
-    bytes: tuple[int, int] | None = None  # where they begin and end in the file; None for rows that are in none
-    lines: Longs | None = None  # (n,) the lines of a text that they are, as `Tokens` counts them
-    changed: frozenset[str] = frozenset()  # the properties whose numbers are no more those of the file
+    bytes: tuple[int, int] | None = None  # where the rows begin and end in the file; None for new rows
+    lines: Longs | None = None  # (n,) the line of each row in a text, as `Tokens` counts lines
+    changed: frozenset[str] = frozenset()  # the properties whose numbers differ from the file
 
     def numbers(self, name: str) -> Array | None:
-        """(n,) the values of a property; None if it has no such property, or one of lists."""
+        """Returns (n,) the values of a scalar property; None if the element has no such scalar."""
         column = self.columns.get(name)
         return None if isinstance(column, Lists) else column
 
     def lists(self, name: str) -> Lists | None:
-        """The lists of a property; None if it has no such property, or one of single values."""
+        """Returns the lists of a list property; None if the element has no such list."""
         column = self.columns.get(name)
         return column if isinstance(column, Lists) else None
 
 
 def indices_of_runs(starts: Longs, lengths: Longs) -> Longs:
-    """Runs of consecutive numbers, each from its start and of its length, one after the other."""
+    """Concatenates runs of consecutive integers with these starts and lengths."""
     ends = np.cumsum(lengths)
     positions = np.repeat(starts - (ends - lengths), lengths)
     positions += np.arange(len(positions))
@@ -241,7 +241,7 @@ def indices_of_runs(starts: Longs, lengths: Longs) -> Longs:
 
 
 def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.dtype[Any]:
-    """The type of a binary row whose lists have these lengths; the length of the list ``x`` is the field ``x count``."""
+    """Returns the dtype of a binary row with lists of these lengths; the field ``x count`` is the length of the list ``x``."""
     fields: list[Any] = []
     for p in element.properties:
         if p.count_type is None:
@@ -252,7 +252,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
-    """The type of all rows of an element, if their lists are as long as those of the first, which begins at that byte."""
+    """Returns the dtype of all rows of an element, if their lists are as long as in the first row, at byte `position`."""
     if not any(p.count_type for p in element.properties):
         return row_type(element, order, {})
     lengths = _walked(data, position, element, order, min(element.count, 1))[1]
@@ -260,21 +260,21 @@ def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, ord
 
 
 def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table]:
-    """The tables of a binary file by element."""
+    """Reads the tables of a binary file, by element."""
     tables: dict[str, Table] = {}
     position = header.size
     for element in header.elements:
         columns, end = _binary_columns(data, position, element, header.byte_order)
         tables[element.name] = Table(element, columns, (position, end))
         position = end
-    more = data[position:].tobytes().strip(_PADDING)
-    if more:
-        raise ContentsError(f"{len(more):,} bytes follow behind all that its header declares")
+    trailing = data[position:].tobytes().strip(_PADDING)
+    if trailing:
+        raise ContentsError(f"{len(trailing):,} bytes follow behind all that its header declares")
     return tables
 
 
 def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> tuple[dict[str, Column], int]:
-    """The columns of the element that begins at a byte; where it ends."""
+    """Returns the columns of the element that begins at byte `position`, and its end."""
     n, properties = element.count, element.properties
     kind = row_type_at(data, position, element, order)
     if not n or not properties:
@@ -292,8 +292,8 @@ def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement,
         if p.count_type:
             at = np.repeat(at, lengths[:, k])
             at += indices_of_runs(np.zeros(n, np.int64), lengths[:, k]) * kind.itemsize
-        each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
-        values = np.ascontiguousarray(each).view(kind)[:, 0]
+        value_bytes = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
+        values = np.ascontiguousarray(value_bytes).view(kind)[:, 0]
         columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
     return columns, end
 
@@ -316,17 +316,17 @@ def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
     places, lengths = np.empty((n, len(sizes)), np.int64), np.empty((n, len(sizes)), np.int64)
     end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
     if end < 0:
-        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+        raise ContentsError(f"its element {element.name!r} is cut short, or a list in it has an impossible length")
     return places, lengths, end
 
 
 @compiled
 def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
-    """The length of a list in a file; -1 if it is below 0 or no whole number."""
+    """Returns the length of a list in a file; -1 if it is negative or no whole number."""
     whole = 0
     for b in range(size):
         whole = whole * 256 + data[position + b if big else position + size - 1 - b]
-    if kind != 102:  # no "f"
+    if kind != 102:  # 102 is "f", a decimal, and 105 "i"
         return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
     digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
     count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
@@ -335,7 +335,7 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
 
 @compiled
 def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
-    """Find the place and length of each value or list of each row; the end of the last row, or -1."""
+    """Finds position and length of each value or list of each row; returns the end of the last row, or -1."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1
@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """The tables of the text behind the header, one row a line; and the text in tokens."""
+    """Reads the tables of the text behind the header, one row a line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
     piece = tokenise(body)
     piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
@@ -364,8 +364,8 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:
-        if (left := len(piece.lengths) - line) < element.count:
-            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {left:,} lines follow")
+        if (lines_left := len(piece.lengths) - line) < element.count:
+            raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {lines_left:,} lines follow")
         lines = np.arange(line, line + element.count)
         line += element.count
         end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))

@@ -1,7 +1,7 @@
-"""Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
+"""Writes PLY files: with header, elements, types and comments of the source PLY file, else in double precision.
 
-What has not changed is written as it was, byte for byte. Rows of deleted elements are left out, and the rest of a polygon stays
-one if it can, perhaps from another corner on; in a row of an added element properties without a value are 0.
+Unchanged contents are written byte for byte. Rows of deleted elements are left out. The rest of a polygon stays a polygon if
+possible, perhaps with another first corner. In rows of added elements, properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..filters.mesh import Longs
 from ..mesh_data import MeshData
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, numbered
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, Array, source_ids
 from . import ply, ply_tables
 from .outputs import Writing
 from .ply import PlyDocument
@@ -22,12 +22,12 @@ from .polygons import are_equal, outlines
 from .tokens import changed_words, patched, runs, words
 
 _HEAD = b"ply\nformat binary_little_endian 1.0\n"
-#: a share of the mean edge by which rounding to the type of the file may move a vertex
+#: largest rounding to the types of the file, as a share of the mean edge
 _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Write a mesh without a matrix; without `writing` coordinates have the type of the file that it comes from."""
+    """Writes a mesh without a matrix; without `writing`, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
         document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
@@ -47,21 +47,21 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
-    is_text, own, last = document.header.format == "ascii", None, b"\n"
+    is_text, kept_bytes, last = document.header.format == "ascii", None, b"\n"
     for name in elements:
         table = written.get(name) or document.tables[name]
-        if (own := _own_bytes(table, document)) is not None:
-            target.write(own)
-            last = bytes(own[-1:]) or last
+        if (kept_bytes := _file_bytes(table, document)) is not None:
+            target.write(kept_bytes)
+            last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # the end of the last line of the file is in its tail
+            target.write(b"" if last.isspace() else b"\n")  # the tail of the file has the end of its last line
             target.writelines(_lines(table))
             last = b"\n"
         else:
             _write_binary(target, table, document.header.byte_order)
-    if own is not None or not is_text:
+    if kept_bytes is not None or not is_text:
         end = max((table.bytes[1] for table in document.tables.values() if table.bytes), default=0)
-        target.write(document.data[end:].data)  # ends of lines, and padding by some programs
+        target.write(document.data[end:].data)  # the tail: line ends, and padding by some programs
     return tuple(notes)
 
 
@@ -71,7 +71,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
     if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
         values |= zip(ply.NORMAL, mesh.vertex_normals.T, strict=True)
-    values |= {name: attributes[own] for name, own in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if own in attributes}
+    values |= {name: attributes[key] for name, key in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if key in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
     ids = mesh.vertex_ids
@@ -80,8 +80,8 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
-    apart = max([0.0, *moves])  # by the types of the file
-    if apart > 0.0 and writing is not None and apart > _ROUNDING * writing.resolution():
+    rounding = max([0.0, *moves])  # in the types of the file
+    if rounding > 0.0 and writing is not None and rounding > _ROUNDING * writing.resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in ply.PLACE else p for p in rows.element.properties)
         columns = {**rows.columns, **dict(zip(ply.PLACE, mesh.vertices.T, strict=True))}
@@ -90,7 +90,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
 
 
 def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
-    """The rows of the faces, a polygon whole where all its triangles are there."""
+    """Returns the rows of faces; the triangles of a polygon form one row where possible."""
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
@@ -106,10 +106,10 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     row: Longs | None = None
     if table is not None and unchanged and are_equal(wedges, document.wedges):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
-        # A polygon takes single numbers from its first triangle.
+        # A polygon takes scalars from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
-        ids = numbered(mesh.face_ids, len(mesh.faces))
+        ids = source_ids(mesh.face_ids, len(mesh.faces))
         polygon = mesh.face_attributes.get("polygon")
         if polygon is not None and wedges is not None and (polygon >= 0).any():
             polygon, what = None, "MeshLab opens none with texture coordinates at the corners of faces"
@@ -138,7 +138,7 @@ def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
         return table
     if not len(mesh.edges):
         return _without_rows(table)
-    ids = None if table is None else numbered(mesh.edge_ids, len(mesh.edges))
+    ids = None if table is None else source_ids(mesh.edge_ids, len(mesh.edges))
     return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
@@ -152,15 +152,16 @@ def _without_rows(table: Table | None) -> Table | None:
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
+    """Returns the table of an element: the rows `ids` of its table in the file, with `values` and `colors` in place."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
     changed: set[str] = set()
-    meanings = set() if table is None else ply.meant(table)
+    standard = set() if table is None else ply.standard_properties(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
-        if p.name in meanings and p.name not in values and p.name != ply.TEXTURE_NUMBER:
+        if p.name in standard and p.name not in values and p.name != ply.TEXTURE_NUMBER:
             continue  # a step has removed it
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
@@ -183,7 +184,7 @@ def _rows(
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
-    """The rows of a column by their ids; 0, or an empty list, for -1."""
+    """Returns the rows of a column with these ids; id -1 gives 0 or an empty list."""
     if ids is None:
         return column
     if isinstance(column, Lists):
@@ -210,28 +211,28 @@ def _cast(values: Array, type_: str) -> Array:
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
 
 
-def _custom(attributes: Mapping[str, Array], own: frozenset[str]) -> dict[str, Array]:
-    """The custom attributes by the name of a property; a vector as three numbers."""
+def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[str, Array]:
+    """Returns the custom attributes by name of property; a vector becomes one property per axis."""
     columns: dict[str, Array] = {}
     for name, values in attributes.items():
-        if name in own:
+        if name in standard:
             continue
-        one = {name: values} if values.ndim == 1 else {f"{name}_{axis}": c for axis, c in zip("xyzw", values.T, strict=False)}
-        columns |= one
+        scalars = {name: values} if values.ndim == 1 else {f"{name}_{axis}": c for axis, c in zip("xyzw", values.T, strict=False)}
+        columns |= scalars
     return columns
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """The columns of colours: those of the file if they are these, else levels of its types, or bytes."""
+    """Returns the colour columns: those of the file if colours are unchanged, else levels in its types, or bytes."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
-    own = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
+    former = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
     before = ply.colors_of(table)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
-        return own
+        return former
     columns = dict(zip(names, colors.T, strict=False))
-    return {name: c / 255.0 * ply.top_level(own[name]) if name in own else c for name, c in columns.items()}
+    return {name: c / 255.0 * ply.top_level(former[name]) if name in former else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
@@ -242,7 +243,7 @@ def _new_property(name: str, column: Column) -> PlyProperty:
 
 
 def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
-    """The property with types that hold its numbers: those of corners may have become too many for a small type."""
+    """Returns the property with types that hold its values; an index of a corner may exceed a small type."""
     if not isinstance(column, Lists):
         return p
     if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
@@ -271,7 +272,7 @@ def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
 
 def _packed(row: Table, order: str) -> bytes:
     n = row.element.count
-    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # the bytes of a field of all rows, and how many each row has
+    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # for each field: the bytes of all rows, and their number in each row
     for p in row.element.properties:
         column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
@@ -289,8 +290,8 @@ def _packed(row: Table, order: str) -> bytes:
     return buffer.tobytes()
 
 
-def _own_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """The bytes that rows have in the file, in a text with other words for changed numbers; None if they are written anew."""
+def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
+    """Returns the bytes of rows in the file, in a text with changed numbers replaced; None if rows are written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes
@@ -303,17 +304,17 @@ def _own_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
     before, names = document.tables[row.element.name].columns, [properties[k].name for k in columns]
     new = [np.asarray(row.columns[name]) for name in names]
     differs = [a != np.asarray(before[name]) for a, name in zip(new, names, strict=True)]
-    spans, each = changed_words(tokens, row.lines, columns, new, differs)
-    return patched(data.tobytes(), spans - (start - document.header.size), each)
+    spans, new_words = changed_words(tokens, row.lines, columns, new, differs)
+    return patched(data.tobytes(), spans - (start - document.header.size), new_words)
 
 
 def _lines(row: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
     for p in row.element.properties:
         column = row.columns[p.name]
-        each = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
+        column_words = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
         if isinstance(column, Lists):
-            each = [b" ".join((b"%d" % len(run), *run)) for run in runs(each, column.lengths)]
-        columns.append(each)
+            column_words = [b" ".join((b"%d" % len(run), *run)) for run in runs(column_words, column.lengths)]
+        columns.append(column_words)
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"

@@ -1,6 +1,6 @@
-"""Reads and writes texts of points: a row of numbers a point, after a line of titles and a count if there are such.
+"""Reads and writes texts of points: one row of numbers a point, after optional lines with titles and a count.
 
-PTX files are grids of points from scanners, each after a head with its size, the scanner's pose and a matrix.
+PTX files have grids of points from scanners, each after a header with its size, the scanner's pose and a matrix.
 """
 
 import re
@@ -18,32 +18,32 @@ from .inputs import Reading, References, unended
 from .outputs import Writing
 from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
-#: the head of a binary point set of Expe, and the types of its properties
+#: the header of a binary point set of Expe, and the types of its properties
 _EXPE = re.compile(rb"\[Expe/PointSet/Binary/0\.1\]\n((?:property \w+ \d+\n)+)nofpoints (\d+)\ndata\n")
 _OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
-#: other titles of columns
+#: alternative titles of columns
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
-#: numbers in the lines of a head: columns, rows, four lines of the scanner's pose, four of a matrix
+#: how many numbers each line of a PTX header has: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
-#: numbers of a point: position and intensity; the same and a colour
+#: how many numbers a PTX point has: position and intensity, or these and a colour
 _PLAIN, _COLOURED = 4, 7
 _ROUNDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class PointsDocument:
-    """A text of points, for the writer."""
+    """What the writer needs of a text of points."""
 
-    columns: tuple[str, ...]  # the attribute of each
+    columns: tuple[str, ...]  # the attribute in each column
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
-    counted: bool = False  # whether the number of points stands before them
-    top: float = 255.0  # the highest value of a colour, 0 if colours are none
+    counted: bool = False  # whether a line with the number of points precedes them
+    top: float = 255.0  # the value of full intensity, 0 if the columns are no colours
 
 
 def read_points(path: Path, references: References) -> Reading:
-    """Read a text of points."""
+    """Reads a text of points."""
     data = path.read_bytes()
     if (head := _EXPE.match(data)) is not None:
         return _expe(path, data, head)
@@ -77,6 +77,7 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
+    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas."""
     head = data[:65536]
     if b";" in head:
         if b"," in data:
@@ -91,7 +92,7 @@ def _separator(data: bytes) -> str:
 
 
 def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
-    """The line of titles, which may be a comment; the names of their attributes; and the line behind it."""
+    """Returns the line of titles, which may be a comment, their attributes, and the number of the next line."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
     names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
@@ -104,7 +105,7 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
 
 
 def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
-    """The names of columns without titles: as in a scanner's text, or by the ranges of their numbers."""
+    """Guesses the attributes of untitled columns from their number and the ranges of their values."""
     width = values.shape[1]
     three = slice(4, 7) if width == 7 else slice(3, 6)
     are_levels = width > 5 and whole[three].all() and values[:, three].min() >= 0 and values[:, three].max() <= 255
@@ -132,9 +133,9 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
     if top:
         colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
         colors[:, :3] = np.rint(three[_COLOR] * (255 / top))
-    taken = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
+    standard = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
     for name, k in place.items():
-        if name not in taken:
+        if name not in standard:
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
     return three[_PLACE], attributes, top
@@ -142,11 +143,11 @@ def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple
 
 def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
     sizes = {name: int(size) for name, size in re.findall(r"property (\w+) (\d+)", head[1].decode("ascii"))}
-    count, each, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
-    if not count or size != count * each:
-        raise ContentsError(f"it declares {count:,} points of {each:,} bytes, but {size:,} bytes follow")
+    count, row_size, size = int(head[2]), sum(sizes.values()), len(data) - head.end()
+    if not count or size != count * row_size:
+        raise ContentsError(f"it declares {count:,} points of {row_size:,} bytes, but {size:,} bytes follow")
     row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
-    if "position" not in sizes or row.itemsize != each:
+    if "position" not in sizes or row.itemsize != row_size:
         raise ContentsError("it is a point set of Expe of a kind that is not known")
     points = np.frombuffer(data, row, count, head.end())
     kinds = (("normal", "normals", np.float64), ("radius", "radii", np.float64), ("color", "colors", np.uint8))
@@ -156,7 +157,7 @@ def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
 
 
 def read_ptx(path: Path, references: References) -> Reading:
-    """Read the points of all grids, transformed by the matrices of their heads."""
+    """Reads the points of all grids, transformed by the matrices of their headers."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
@@ -171,7 +172,7 @@ def read_ptx(path: Path, references: References) -> Reading:
         line += len(_HEAD) + len(grid)
     extras = (f"the scanner's places ({len(places):,})",) if len(places) > 1 else tuple(places)
     widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
-    # White in a grid without colours, if another one has some.
+    # A grid without colours becomes white if another grid has colours.
     grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
     rows = np.concatenate([np.empty((0, widest)), *grids])
     if not len(rows):
@@ -190,7 +191,7 @@ def read_ptx(path: Path, references: References) -> Reading:
 
 
 def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
-    """The points of the grid whose head begins at a line, NaN where nothing was measured, and the place of its scanner."""
+    """Returns the points of the grid whose header begins at `line`, NaN where unmeasured, and its scanner position in words."""
     first = line + len(_HEAD)
     sizes = tokens.first[line : line + 2]
     is_head = tokens.lengths[line:first].tolist() == list(_HEAD)
@@ -220,12 +221,12 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write the vertices of a mesh with the columns of their text; of another file with normals, in .pts as scanners do."""
+    """Writes vertices in the columns of their source text; else with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain
     values: dict[str, Array] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
-    left = []
+    lost = []
     for name, attribute in mesh.vertex_attributes.items():
         if name == "colors":
             shares = attribute.T[:3] if document.top == 255 else attribute.T[:3] / 255
@@ -237,11 +238,11 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
         if columns and set(columns) <= set(document.columns):
             values |= columns
         elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):
-            left.append({"colors": "vertex colours", "normals": "vertex normals"}.get(name, name))
+            lost.append({"colors": "vertex colours", "normals": "vertex normals"}.get(name, name))
     written = [values[name] for name in document.columns if name in values]
     if document.titles and len(written) == len(document.columns):
         target.write(document.titles + b"\n")
     if document.counted:
         target.write(b"%d\n" % len(mesh.vertices))
     target.writelines(rows(document.separator.join(["%r"] * len(written)), written))
-    return (f"it does not hold {', '.join(left)} of the mesh; .ply keeps them",) if left else ()
+    return (f"it does not hold {', '.join(lost)} of the mesh; .ply keeps them",) if lost else ()

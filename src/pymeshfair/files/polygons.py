@@ -1,4 +1,4 @@
-"""Polygons as triangles and back, fans of convex ones, ears cut off of others [meisters1975]; lines as edges; equal rows."""
+"""Triangulates polygons by fans or ear clipping [meisters1975], and joins triangles into polygons; numbers equal rows."""
 
 from typing import Any, NamedTuple
 
@@ -11,12 +11,12 @@ from ..mesh_data.mesh_data import Array
 
 
 def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints, Ints | slice, dict[str, Array]]:
-    """Triangles of polygons, k - 2 of a polygon of k corners, in the order of the polygons.
+    """Triangulates polygons: k - 2 triangles for a polygon of k corners, in the order of the polygons.
 
-    `corners` are (c,) indices of vertices, those of one polygon after those of another, `lengths` how many each has, at least 3.
+    `corners` has the (c,) vertex indices of all polygons in turn, `lengths` the number of corners of each, at least 3.
 
     Returns:
-        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, or a slice of all if all polygons are
+        (m, 3) indices into `corners` for each triangle; (m,) the polygon of each triangle, or a full slice if all polygons are
         triangles; and the attribute ``polygon`` of the triangles, see `outlines`.
     """
     if not len(lengths) or (lengths == 3).all():
@@ -28,13 +28,13 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
 
 
 def edges_of(corners: Longs, lengths: Longs) -> Array:
-    """(e, 2) each corner of lines, one after another, and the next one."""
+    """Returns (e, 2) the edges between successive corners of polylines; `lengths` has the corner count of each."""
     starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
     return np.stack([corners[starts], corners[starts + 1]], axis=1)
 
 
 def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
-    """(t, 3) which of the corners of strips or fans, one after another, make their triangles, without collapsed ones."""
+    """Returns (t, 3) indices into `corners` of the triangles of strips or fans, without degenerate triangles."""
     counts = np.maximum(lengths - 2, 0)
     first = np.repeat(np.cumsum(lengths) - lengths, counts)
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -44,24 +44,24 @@ def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
 
 
 class Outlines(NamedTuple):
-    """Polygons made of triangles again."""
+    """Polygons joined from triangles."""
 
-    places: Longs  # (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another
-    lengths: Longs  # (p,) how many corners each has
-    triangles: Longs  # (p,) the first triangle of each
-    notes: tuple[str, ...] = ()  # of a writer, about those left in triangles: some are gone, or an edge is there twice
+    places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
+    lengths: Longs  # (p,) the corner count of each polygon
+    triangles: Longs  # (p,) the first triangle of each polygon
+    notes: tuple[str, ...] = ()  # about polygons left as triangles, since some are gone or an edge occurs twice
 
 
 def outlines(faces: Ints, polygon: Array | None) -> Outlines:
-    """The polygons that (m, 3) triangles are parts of, in the order of their first triangles.
+    """Joins (m, 3) triangles into polygons, in the order of their first triangles.
 
-    `polygon` has the same number for the triangles of one polygon, -1 for a triangle of its own; it is None if all are.
+    `polygon` has one number for all triangles of a polygon, -1 for a single triangle; None means single triangles only.
     """
     m = len(faces)
     if polygon is None or not (polygon >= 0).any():
         return Outlines(np.arange(3 * m), np.full(m, 3), np.arange(m))
-    own = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
-    _, firsts, group = np.unique(own, return_index=True, return_inverse=True)
+    number_of_triangle = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
+    _, firsts, group = np.unique(number_of_triangle, return_index=True, return_inverse=True)
     first = firsts[group.ravel()]
     members = np.argsort(first, kind="stable")
     counts = np.bincount(first, minlength=m)
@@ -82,7 +82,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fill the places and lengths; ``at`` has the half-edge that begins at a vertex, ``more`` the next one after each."""
+    """Fills `places` and `lengths`; `at` has a half-edge from each vertex, `more` links it to the next from the same vertex."""
     c, p, start = 0, 0, 0
     for count in counts:
         edges = (3 * members[start : start + count]).repeat(3)
@@ -91,7 +91,7 @@ def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: A
         for e in edges:
             more[e] = at[corners[e]]
             at[corners[e]] = e
-        size = 0  # of the rim: half-edges that no other triangle of the polygon has the other way round
+        size = 0  # of the rim: half-edges without an opposite half-edge in the polygon
         for e in edges:
             other = at[_end(corners, e)]
             while other >= 0 and _end(corners, other) != corners[e]:
@@ -126,7 +126,7 @@ def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: A
 
 @compiled
 def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
-    """Twice the area of a triangle as seen against a normal: below 0 where it turns the other way."""
+    """Returns twice the signed area of a triangle, seen against a normal; negative if it turns clockwise."""
     ux, uy, uz = (points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2])
     vx, vy, vz = (points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2])
     return float((uy * vz - uz * vy) * normal[0] + (uz * vx - ux * vz) * normal[1] + (ux * vy - uy * vx) * normal[2])
@@ -134,7 +134,7 @@ def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
 
 @compiled
 def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: Any) -> bool:
-    """Whether no other corner of the rest of a polygon lies in the triangle at its corner k."""
+    """Whether the triangle at corner k of the remaining polygon is convex and contains no other corner."""
     a, b, c = corners[left[(k + count - 1) % count]], corners[left[k]], corners[left[(k + 1) % count]]
     if _turn(points, a, b, c, normal) <= 0.0:
         return False
@@ -149,6 +149,7 @@ def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: An
 
 @compiled
 def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> None:
+    """Fills `places` with the triangles of polygons: fans of convex polygons, else ears as long as there are any."""
     start, f = 0, 0
     normal = np.empty(3)
     for length in lengths:
@@ -173,7 +174,7 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
                     ear = k
                     break
             if ear < 0:
-                break  # it crosses itself: the rest becomes a fan
+                break  # the polygon crosses itself: its rest becomes a fan
             places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
             f += 1
             count -= 1
@@ -186,14 +187,14 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
 
 
 def are_equal(a: Array | None, b: Array | None) -> bool:
-    """Whether two arrays have the same numbers, NaN at the same places, or neither is there."""
+    """Whether two arrays have equal numbers and NaN at the same places, or both are None."""
     if a is None or b is None:
         return a is b
     return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
 
 
 def numbered(rows: Array) -> tuple[Longs, Longs]:
-    """The (u,) first rows of different ones among (n, k), in order, and the (n,) number of each row; NaN equals nothing."""
+    """Returns (u,) the first index of each distinct row of (n, k), and (n,) the number of each row; NaN differs from NaN."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()
@@ -203,7 +204,7 @@ def numbered(rows: Array) -> tuple[Longs, Longs]:
 
 @compiled
 def _number(values: Any, bits: Any, table: Any, firsts: Any, numbers: Any) -> int:
-    """Fill the arrays through a hash table, whose size is a power of two; how many numbers there are."""
+    """Fills `firsts` and `numbers` by a hash table of a power of two; returns the count of distinct rows."""
     count, mask = 0, np.uint64(len(table) - 1)
     for i in range(len(values)):
         key = np.uint64(0)

@@ -1,4 +1,4 @@
-"""``OUTPUT.provenance.json``: how an output came about; the same bytes for the same run, except under ``"run"``."""
+"""Reads and formats ``OUTPUT.provenance.json``, the record of how an output was made; equal runs differ only in ``"run"``."""
 
 import hashlib
 import json
@@ -11,12 +11,12 @@ SCHEMA = "pymeshfair-provenance-1"
 
 
 def provenance_path(output: Path) -> Path:
-    """The file that says how `output` came about: ``scan.ply.provenance.json`` beside ``scan.ply``."""
+    """Returns the path of the record of `output`: ``scan.ply.provenance.json`` beside ``scan.ply``."""
     return output.with_name(f"{output.name}.provenance.json")
 
 
 def read_provenance(output: Path) -> dict[str, Any] | None:
-    """The record in the file beside `output`, or None if there is none of ours."""
+    """Returns the record beside `output`, or None if there is no valid one."""
     try:
         record = json.loads(provenance_path(output).read_bytes())
     except (OSError, ValueError):
@@ -27,7 +27,7 @@ def read_provenance(output: Path) -> dict[str, Any] | None:
 
 
 def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
-    """The SHA-256 digest that a record gives for the output or a side file of it, by the file's name; None if it gives none."""
+    """Returns the SHA-256 digest in a record for an output, side file or map with the name of `path`; None if missing."""
     if record is None:
         return None
     files = [record["output"], *record["output"].get("side_files", ()), *record.get("guards", {}).get("maps", ())]
@@ -36,7 +36,7 @@ def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
 
 
 def sha256_of(path: Path) -> str:
-    """The SHA-256 digest of a file in hexadecimal."""
+    """Returns the SHA-256 digest of a file in hexadecimal."""
     digest = hashlib.sha256()
     with path.open("rb", buffering=0) as file:
         while chunk := file.read(1 << 20):
@@ -45,10 +45,10 @@ def sha256_of(path: Path) -> str:
 
 
 def described_file(path: Path, *, named: Path | None = None) -> dict[str, Any]:
-    """The path, size and digest of a file, for a record; `named` is the path to write down if the file will be moved there."""
+    """Returns path, size and digest of a file for a record; `named` is its later path if the file will be moved."""
     return {"path": str((named or path).absolute()), "bytes": path.stat().st_size, "sha256": sha256_of(path)}
 
 
 def formatted(record: Mapping[str, Any]) -> bytes:
-    """The record as the bytes of its file."""
+    """Returns the record as the bytes of its file."""
     return (json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "surrogateescape")

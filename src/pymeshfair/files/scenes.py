@@ -1,4 +1,4 @@
-"""What the readers of scenes share: XML within limits, the numbers in a text, and the parts that a scene places as one mesh."""
+"""Shared by the readers of scenes: XML within limits, numbers in texts, and the instances of a scene merged into one mesh."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,18 +16,18 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
 #: levels of nested elements or parts; usual scenes have about ten
 DEEPEST = 200
-#: the most elements of a tree; they take two seconds and 300 MB
+#: most elements of a tree; so many take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000
-#: placements, and vertices and faces of all of them together, of one file
+#: most instances in a file, and most vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
-#: values for a part without an attribute that another part has
+#: values of an attribute in parts that lack it
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 
 
@@ -37,7 +37,7 @@ def parse_xml(
     end: Callable[[str], object],
     text: Callable[[str], object] | None = None,
 ) -> None:
-    """Call functions for the elements, without prefixes, their ends and the text of a document without entities."""
+    """Calls functions for elements (without namespace prefixes), their ends and texts; refuses a document with entities."""
     depth = 0
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
@@ -71,7 +71,7 @@ def parse_xml(
 
 
 def read_tree(data: bytes) -> ElementTree.Element:
-    """A document as a tree."""
+    """Parses a document into a tree."""
     builder = ElementTree.TreeBuilder()
     count = 0
 
@@ -87,15 +87,15 @@ def read_tree(data: bytes) -> ElementTree.Element:
 
 
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
-    """The `count` finite numbers of a text, parted by blanks; `what` names them in messages."""
+    """Parses finite numbers separated by blanks, exactly `count` unless None; `what` names them in messages."""
     words = text.split()
     try:
-        if "_" in text or not text.isascii():  # of which Python makes numbers, too
+        if "_" in text or not text.isascii():  # Python would accept these in numbers
             raise ValueError
         values = np.array(words, dtype=np.float64)
     except ValueError:
-        strange = next(w for w in words if not is_number(w))
-        raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
+        wrong_word = next(w for w in words if not is_number(w))
+        raise ContentsError(f"{quoted(wrong_word, 30)} among {what} is no number; decimals are written with a point") from None
     if not np.isfinite(values).all():
         raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
     if count is not None and len(values) != count:
@@ -104,15 +104,15 @@ def numbers(text: str, what: str, count: int | None = None) -> Floats:
 
 
 def rows(text: str, width: int, what: str) -> Floats:
-    """(n, width) the numbers of a text."""
+    """Parses the numbers of a text as rows, (n, width)."""
     values = numbers(text, what)
     if len(values) % width:
-        raise ContentsError(f"{what} are {len(values):,} numbers, which are no whole number of {width}")
+        raise ContentsError(f"{what} are {len(values):,} numbers, which is no multiple of {width}")
     return values.reshape(-1, width)
 
 
 def indices(text: str, what: str) -> Longs:
-    """The whole numbers of a text."""
+    """Parses the whole numbers of a text."""
     values = numbers(text, what)
     whole = (values == np.rint(values)) & (np.abs(values) < 1 << 53)
     if not whole.all():
@@ -121,18 +121,18 @@ def indices(text: str, what: str) -> Longs:
 
 
 def check_range(values: Longs, least: int, below: int, what: str) -> None:
-    """Refuse indices that name nothing."""
+    """Refuses indices that are not from `least` to `below` - 1."""
     wrong = (values < least) | (values >= below)
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
+        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is no index into {below:,} values")
 
 
 class Assembly:
-    """Collects the parts of a scene."""
+    """Collects the instances of a scene, and merges them into one mesh."""
 
     def __init__(self, references: References) -> None:
-        self.lost: dict[str, None] = {}  # contents of the scene that a mesh cannot have, in words, each once
+        self.lost: dict[str, None] = {}  # names of contents that a mesh cannot hold, each once
         self._references = references
         self._textures: dict[str, tuple[int, Texture]] = {}
         self._parts: list[tuple[MeshData, Floats]] = []
@@ -141,7 +141,7 @@ class Assembly:
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
-        """Within a part of the scene. Parts are counted: ten nested groups of ten make 10^10 placements."""
+        """Enters a part of the scene; limits the number of entered parts, since ten nested groups of ten make 10^10 instances."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("a part of it is a part of itself")
@@ -162,11 +162,11 @@ class Assembly:
         of_corners: Mapping[str, Array],
         of_polygons: Mapping[str, Array | None],
     ) -> MeshData:
-        """A part made of polygons, as `triangulated` has them; what of it a mesh cannot hold is added to `lost`.
+        """Makes a part from polygons, which are given as for `triangulated`; adds to `lost` what a mesh cannot hold.
 
-        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, and ``wedge_texture_coordinates`` (c, 2):
-        normals and colours become those of vertices if they are the same at all corners there, else colours those of faces if
-        possible. A row of nan is no value. `of_polygons` are (p, ...); if no ``texture`` is there, coordinates are none either.
+        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN is
+        no value. Normals and colours that agree at the corners of each vertex become vertex attributes; other colours face
+        attributes, if they agree in each face. `of_polygons` are (p, ...); without a ``texture``, coordinates are left out.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():
@@ -183,11 +183,11 @@ class Assembly:
             if name == "wedge_texture_coordinates":
                 face[name] = np.nan_to_num(values[places])
                 continue
-            is_there = ~np.isnan(values).any(axis=1)
-            own = np.full((len(vertices), values.shape[1]), np.nan)
-            own[corners[is_there]] = values[is_there]
-            if (own[corners[is_there]] == values[is_there]).all():
-                vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
+            has_value = ~np.isnan(values).any(axis=1)
+            of_vertices = np.full((len(vertices), values.shape[1]), np.nan)
+            of_vertices[corners[has_value]] = values[has_value]
+            if (of_vertices[corners[has_value]] == values[has_value]).all():
+                vertex[name] = levels(of_vertices) if name == "colors" else np.nan_to_num(of_vertices)
             elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
                 face["colors"] = all_levels[:, 0]
             else:
@@ -196,20 +196,20 @@ class Assembly:
         return MeshData(vertices=vertices, faces=faces, vertex_attributes=vertex, face_attributes=face)
 
     def place(self, part: MeshData, matrix: Floats) -> None:
-        """Add a part, placed by a (4, 4) matrix."""
+        """Adds an instance of a part, transformed by a (4, 4) matrix."""
         self._made += len(part.vertices) + len(part.faces)
         if self._made > _MOST_MADE:
             raise ContentsError(f"its parts have more than {_MOST_MADE:,} vertices and faces, each time that they are placed")
         self._parts.append((part, matrix))
 
     def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:
-        """The number of the texture of a name; its image is loaded once, from the folder of the mesh if nothing else is said."""
+        """Returns the number of a named texture; `load` reads its image once, by default from the folder of the mesh."""
         if name not in self._textures:
             self._textures[name] = len(self._textures), Texture(name, (load or self._references.find_image)(name))
         return self._textures[name][0]
 
     def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
-        """All parts as one mesh, in the order in which they were placed; `extras` are contents besides those in `lost`."""
+        """Merges all instances into one mesh, in their order; `extras` names lost contents besides `lost`."""
         source = Source(path, format, extras=(*extras, *self.lost))
         return Reading(replace(self._mesh(), unit=unit, source=source))
 
@@ -221,10 +221,10 @@ class Assembly:
         for k, part in enumerate(parts):
             if has_normals and "normals" not in part.vertex_attributes:
                 parts[k] = part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
-            if (own := part.face_attributes.get("polygon")) is not None:
-                numbers = np.where(own < 0, -1, own + first).astype(np.int32)
+            if (polygon := part.face_attributes.get("polygon")) is not None:
+                numbers = np.where(polygon < 0, -1, polygon + first).astype(np.int32)
                 parts[k] = parts[k].with_attributes(face={"polygon": numbers})
-                first += int(own.max(initial=-1)) + 1
+                first += int(polygon.max(initial=-1)) + 1
         starts = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
         return MeshData(
             vertices=np.concatenate([p.vertices for p in parts]),
@@ -237,32 +237,32 @@ class Assembly:
         )
 
 
-def placing(linear: Floats, move: Any = 0.0) -> Floats:
-    """(4, 4) the matrix of a (3, 3) linear map and a translation after it."""
+def affine_matrix(linear: Floats, move: Any = 0.0) -> Floats:
+    """Returns the (4, 4) matrix of a (3, 3) linear map with a translation after it."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, move
     return matrix
 
 
-def turn(axis: Floats, angle: float) -> Floats:
-    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
+def rotation(axis: Floats, angle: float) -> Floats:
+    """Returns the (3, 3) rotation by an angle in radians about an axis of any length; a zero axis gives the identity."""
     x, y, z = axis / (np.linalg.norm(axis) or 1.0)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
-def turned_over(part: MeshData) -> MeshData:
-    """The part with its faces seen from the other side."""
+def with_reversed_faces(part: MeshData) -> MeshData:
+    """Returns the part with its faces reversed."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
     turned = replace(part, faces=part.faces[:, [0, 2, 1]])
     return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})
 
 
 def levels(colors: Floats) -> NDArray[np.uint8]:
-    """(n, 4) colours as levels, of (n, 3) or (n, 4) shares from 0 to 1; nan is 1."""
-    whole = np.full((len(colors), 4), 255, np.uint8)
-    whole[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
-    return whole
+    """Converts (n, 3) or (n, 4) colours from 0 to 1 to (n, 4) levels up to 255; NaN counts as 1."""
+    result = np.full((len(colors), 4), 255, np.uint8)
+    result[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
+    return result
 
 
 def _placed(part: MeshData, matrix: Floats) -> MeshData:
@@ -276,17 +276,17 @@ def _placed(part: MeshData, matrix: Floats) -> MeshData:
         if (normals := part.vertex_attributes.get("normals")) is not None:
             cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
             placed = placed.with_attributes({"normals": unit_vectors(normals @ cofactors.T)})
-    return turned_over(placed) if side < 0 else placed
+    return with_reversed_faces(placed) if side < 0 else placed
 
 
 def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) -> dict[str, Array]:
     joined = {}
-    for name in dict.fromkeys(name for own in attributes for name in own):
-        like = next(own[name] for own in attributes if name in own)
+    for name in dict.fromkeys(name for of_part in attributes for name in of_part):
+        like = next(of_part[name] for of_part in attributes if name in of_part)
         missing = _DEFAULTS.get(name, 0)
-        each = [
-            own[name] if name in own else np.full((count, *like.shape[1:]), missing, like.dtype)
-            for own, count in zip(attributes, counts, strict=True)
+        columns = [
+            of_part[name] if name in of_part else np.full((count, *like.shape[1:]), missing, like.dtype)
+            for of_part, count in zip(attributes, counts, strict=True)
         ]
-        joined[name] = np.concatenate(each)
+        joined[name] = np.concatenate(columns)
     return joined

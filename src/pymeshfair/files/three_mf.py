@@ -1,4 +1,4 @@
-"""Reads 3MF archives within limits, since a few kilobytes may hold gigabytes and names lead out of them; writes them."""
+"""Reads 3MF archives, with limits against decompression bombs and paths out of the archive; writes 3MF."""
 
 import io
 import lzma
@@ -17,16 +17,16 @@ from ..filters.mesh import Floats
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import Reading, References, check_image, shown
+from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
-from .scenes import Assembly, check_range, indices, levels, numbers, parse_xml, placing, read_tree, rows
+from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: the contents may be so many times as large as the file, plus so many bytes: numbers written as text shrink to a tenth
+#: most unpacked bytes: a multiple of the file size, plus a constant; numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
-#: the elements that are read with their attributes; identifiers and names of spaces are no part of a mesh
+#: the elements that are read, and their attributes
 _KNOWN = {
     **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type", "pid", "pindex"}},
     **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3", "pid", "p1", "p2", "p3"}},
@@ -35,6 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
+#: beginnings and ends of the names of attributes that are ignored without a note: namespaces and identifiers
 _UNSAID = ("xmlns", "xml:", "UUID")
 #: extensions that are understood: materials, and parts of one model in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
@@ -45,7 +46,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: its vertices and triangles as the texts of their numbers, the attributes of triangles, and its components."""
+    """An object: texts of the numbers of vertices and triangles, attributes of triangles, and components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -57,7 +58,7 @@ class _Object:
 
 @dataclass
 class _Model:
-    """A model file; by their numbers colours, coordinates with their texture, and textures; how much of each kind is not read."""
+    """A model file: objects, build items, resources by id (colours, texture coordinates, textures), counts of unread parts."""
 
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[dict[str, str]] = field(default_factory=list)
@@ -68,20 +69,20 @@ class _Model:
     unread: Counter[str] = field(default_factory=Counter)
     _object: _Object = field(default_factory=lambda: _Object(("", "")))
     _group: list[str] = field(default_factory=list)
-    _beyond: int = 0
+    _ignored_depth: int = 0
 
-    def start(self, tag: str, named: dict[str, str]) -> None:
-        if self._beyond or tag not in _KNOWN:
-            if not self._beyond and named.get("name") != "Application":  # the program, which is no part of the mesh
-                self.unread[f"elements {shown(tag, 30)}"] += 1
-            self._beyond += 1
+    def start(self, tag: str, qualified: dict[str, str]) -> None:
+        if self._ignored_depth or tag not in _KNOWN:
+            if not self._ignored_depth and qualified.get("name") != "Application":  # the program, which is no part of the mesh
+                self.unread[f"elements {quoted(tag, 30)}"] += 1
+            self._ignored_depth += 1
             return
-        attributes = named
-        if named.keys() - _KNOWN[tag]:
-            attributes = {name.rpartition(":")[2]: value for name, value in named.items()}
-            for name in named:
+        attributes = qualified
+        if qualified.keys() - _KNOWN[tag]:
+            attributes = {name.rpartition(":")[2]: value for name, value in qualified.items()}
+            for name in qualified:
                 if name.rpartition(":")[2] not in _KNOWN[tag] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
-                    self.unread[f"attributes {shown(name, 30)} of the elements {tag!r}"] += 1
+                    self.unread[f"attributes {quoted(name, 30)} of the elements {tag!r}"] += 1
         try:
             match tag:
                 case "vertex":
@@ -92,16 +93,16 @@ class _Model:
                     self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
                 case "model":
                     self.unit = attributes.get("unit", self.unit)
-                    for prefix in named.get("requiredextensions", "").split():
-                        if (space := named.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
-                            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
+                    for prefix in qualified.get("requiredextensions", "").split():
+                        if (space := qualified.get(f"xmlns:{prefix}", prefix)) not in _UNDERSTOOD:
+                            raise ContentsError(f"it needs the extension {quoted(space, 100)}, which is not known here")
                 case "object":
                     if attributes["id"] in self.objects:
-                        raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
+                        raise ContentsError(f"it has two objects {quoted(attributes['id'], 30)}")
                     self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
                     self.objects[attributes["id"]] = self._object
                     if attributes.get("type", "model") != "model":
-                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
+                        self.unread[f"objects of the type {quoted(attributes['type'], 30)}"] += 1
                 case "component" | "item":
                     uses = self.items if tag == "item" else self._object.components
                     uses.append({"objectid": attributes["objectid"], **attributes})
@@ -119,11 +120,11 @@ class _Model:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
     def end(self, tag: str) -> None:
-        self._beyond = max(self._beyond - 1, 0)
+        self._ignored_depth = max(self._ignored_depth - 1, 0)
 
 
 def read_3mf(path: Path, references: References) -> Reading:
-    """Read a 3MF file."""
+    """Reads a 3MF file."""
     try:
         with zipfile.ZipFile(path) as archive:
             reader = _Reader(archive, path.stat().st_size, references)
@@ -132,7 +133,7 @@ def read_3mf(path: Path, references: References) -> Reading:
         raise
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
-    extras = [f"its part {shown(name)}" for name in sorted(reader.parts.keys() - reader.used)]
+    extras = [f"its part {quoted(name)}" for name in sorted(reader.parts.keys() - reader.used)]
     unread = sum((model.unread for model in reader.models.values()), Counter[str]())
     extras += [f"{what} ({number:,})" for what, number in sorted(unread.items())]
     return reader.assembly.reading(path, "3mf", extras, unit)
@@ -151,20 +152,20 @@ class _Reader:
         for entry in archive.infolist():
             name = entry.filename
             if name in self.parts or name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
-                raise ContentsError(f"its part {shown(name)} is there twice, or leads out of the archive")
+                raise ContentsError(f"its part {quoted(name)} is there twice, or leads out of the archive")
             if not entry.is_dir():
                 self.parts[name] = entry
                 self.used |= {name} if name.endswith((".rels", "[Content_Types].xml")) else set()
 
     def read_build(self) -> str:
-        """Place everything that is to be built; its unit."""
+        """Places the items of the build; returns the unit of the model."""
         relations = read_tree(self._part("_rels/.rels")).iter()
-        parts = [each.get("Target", "") for each in relations if each.get("Type", "").endswith("/3dmodel")]
+        parts = [relation.get("Target", "") for relation in relations if relation.get("Type", "").endswith("/3dmodel")]
         if len(parts) != 1:
             raise ContentsError(f"its relationships name {len(parts)} models and not 1")
         model = self._model(parts[0])
         if model.unit not in _UNITS:
-            raise ContentsError(f"its unit is {shown(model.unit, 30)}, which no 3MF file can have")
+            raise ContentsError(f"its unit is {quoted(model.unit, 30)}, which no 3MF file can have")
         with np.errstate(all="ignore"):
             for item in model.items:
                 self._place(item, parts[0], np.eye(4))
@@ -175,10 +176,10 @@ class _Reader:
     def _part(self, name: str) -> bytes:
         entry = self.parts.get(name.removeprefix("/"))
         if entry is None:
-            raise ContentsError(f"it holds no part {shown(name)}")
+            raise ContentsError(f"it holds no part {quoted(name)}")
         self.used.add(entry.filename)
         with self._archive.open(entry) as stream:
-            data = stream.read(self._left + 1)  # whatever the entry declares
+            data = stream.read(self._left + 1)  # the declared size is not trusted
         self._left -= len(data)
         if self._left < 0:
             raise ContentsError(f"its {self._size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
@@ -190,20 +191,20 @@ class _Reader:
             parse_xml(self._part(name), self.models[name].start, self.models[name].end)
         return self.models[name]
 
-    def _place(self, use: dict[str, str], within: str, above: Floats) -> None:
-        """Place an object that a component or an item of a model names."""
-        where = use.get("path", within)
+    def _place(self, use: dict[str, str], model_name: str, parent_matrix: Floats) -> None:
+        """Places the object that a component or build item names."""
+        where = use.get("path", model_name)
         model = self._model(where)
         if use["objectid"] not in model.objects:
-            raise ContentsError(f"it places the object {shown(use['objectid'], 30)}, which is not there")
+            raise ContentsError(f"it places the object {quoted(use['objectid'], 30)}, which is not there")
         item = model.objects[use["objectid"]]
-        matrix = above
+        matrix = parent_matrix
         if "transform" in use:
             columns = numbers(use["transform"], "a transform of it", 12).reshape(4, 3)
-            matrix = above @ placing(columns[:3].T, columns[3])
+            matrix = parent_matrix @ affine_matrix(columns[:3].T, columns[3])
         with self.assembly.within(id(item)):
             if item.part is None and (item.corners or item.coordinates):
-                item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
+                item.part = self._mesh(item, model, f"object {quoted(use['objectid'], 30)}")
             if item.part is not None:
                 self.assembly.place(item.part, matrix)
             for component in item.components:
@@ -238,7 +239,7 @@ class _Reader:
                 uvs[places] = rows(" ".join(pairs), 2, f"the texture coordinates of {what}")[chosen].reshape(-1, 3, 2)
                 textures[places] = self.assembly.texture(model.textures.get(image, ""), self._image)
             elif group:
-                self.assembly.lost[f"properties of triangles in its group {shown(group, 30)}"] = None
+                self.assembly.lost[f"properties of triangles in its group {quoted(group, 30)}"] = None
         of_corners = {"wedge_texture_coordinates": uvs.reshape(-1, 2)}
         of_polygons: dict[str, Array | None] = {"texture": textures}
         if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):
@@ -256,7 +257,7 @@ class _Reader:
 
 def _color(text: str) -> list[float]:
     if not re.fullmatch(r"#([0-9a-fA-F]{2}){3,4}", text):
-        raise ContentsError(f"a colour of it is {shown(text, 30)}")
+        raise ContentsError(f"a colour of it is {quoted(text, 30)}")
     return [level / 255 for level in (*bytes.fromhex(text[1:]), 255)[:4]]
 
 
@@ -272,17 +273,17 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres."""
+    """Writes a mesh as the only object of a 3MF file, with every digit of its coordinates, in its unit or in millimetres."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
     notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
     group, properties, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
     if (levels_of := vertex if vertex is not None else face) is not None:
-        shades, own = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
+        shades, shade_of_element = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
         colors = "".join(f'<m:color color="#{shade:08X}"/>' for shade in shades.tolist())
         group = f'<m:colorgroup id="2">{colors}</m:colorgroup>'
-        chosen = own[mesh.faces] if vertex is not None else own.reshape(-1, 1)
+        chosen = shade_of_element[mesh.faces] if vertex is not None else shade_of_element.reshape(-1, 1)
         properties = ' pid="2" p1="{}" p2="{}" p3="{}"' if vertex is not None else ' pid="2" p1="{}"'
     row = f'<triangle v1="{{}}" v2="{{}}" v3="{{}}"{properties}/>\n'
     unit = next((name for name, short in _UNITS.items() if short == mesh.unit), "millimeter")
@@ -295,6 +296,5 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     )
     with zipfile.ZipFile(target, "w") as archive:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            # of 1980, so that the same mesh makes the same bytes
-            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # of 1980, so bytes do not depend on the date
     return notes

@@ -1,4 +1,4 @@
-"""Texts of mesh files: taken apart into lines of words and numbers, and written."""
+"""Splits texts of mesh files into lines of words and numbers, formats numbers as lines, and replaces words."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -13,11 +13,11 @@ from ..filters.compilation import compiled
 from ..filters.mesh import Bools, Floats, Longs
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
-from .inputs import shown
+from .inputs import quoted
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-#: the largest whole number that a double holds with all its digits
+#: all integers up to here are exact in double precision
 _EXACT = 1 << 53
 
 
@@ -28,7 +28,7 @@ def _ends_line(text: Bytes, i: int) -> bool:
 
 @compiled
 def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
-    """NOT_FINITE and its value for nan, inf and infinity, WORD for everything else."""
+    """Returns NOT_FINITE and the value for nan, inf and infinity; WORD and 0 for other words."""
     negative = text[i] == 45
     if text[i] == 45 or text[i] == 43:
         i += 1
@@ -45,9 +45,9 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 def lex(
     text: Bytes, slashes: bool, kinds: Any, values: Any, first: Any, starts: Any, numbers: Any, keywords: Any, decimals: Any
 ) -> tuple[int, int]:
-    """Fill the arrays of `Tokens`; how many tokens and lines there are.
+    """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
 
-    A number that is not whole, or has too many digits, is NaN, and its characters are put into `decimals`, at their places.
+    A decimal, or an integer with too many digits, becomes NaN, and its characters are copied to `decimals`, at the same places.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -138,7 +138,7 @@ def lex(
     return t, length
 
 
-#: kinds of tokens: a word, a whole number, a number, one that is not finite; empty between slashes or after the last
+#: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty one between slashes or after the last
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8
@@ -149,7 +149,7 @@ class Tokens:
     """The lines of a text, without empty ones and comments."""
 
     text: Bytes
-    kinds: NDArray[np.uint8]  # (t,) what each token is
+    kinds: NDArray[np.uint8]  # (t,) the kind of each token
     values: Floats  # (t,) the numbers, to the nearest double, 0 for words
     first: Longs  # (l + 1,) the first token of each line, and t
     #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
@@ -163,13 +163,13 @@ class Tokens:
         return np.diff(self.first)
 
     def spans(self, lines: Longs, columns: list[int]) -> Longs:
-        """(l, c, 2) the begin and end in the text of tokens of lines, counted from 0 and ascending."""
+        """Returns (l, c, 2) begin and end in the text of words of lines; `columns` counts the words from 0, ascending."""
         inside = _inside_words(self.text.tobytes())
         words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
         return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
 
     def line(self, k: int) -> bytes:
-        """The bytes of a line, without its end."""
+        """Returns the bytes of a line, without its end."""
         start, end = self.starts[k], self.starts[k + 1] if k + 1 < len(self.starts) else len(self.text)
         return self.text[start:end].tobytes().replace(b"\r", b"\n").partition(b"\n")[0]
 
@@ -184,7 +184,7 @@ def is_number(text: str) -> bool:
 
 
 def word(text: bytes) -> np.uint64:
-    """The number that stands for a word of at most eight bytes."""
+    """Encodes a word of at most eight bytes as an integer."""
     assert 0 < len(text) <= 8
     return np.uint64(int.from_bytes(text, "little"))
 
@@ -194,10 +194,10 @@ def _inside_words(text: bytes) -> Bools:
 
 
 def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
-    """The tokens of a text; with `slashes` a slash parts two tokens, as in the faces of OBJ files."""
+    """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
-    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # those of comments, too
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # also in comments
     n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
@@ -213,7 +213,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """The text of as many bytes with blanks for a byte order mark, and for the ends of lines that a backslash continues."""
+    """Replaces a byte order mark, and line ends after a backslash, by as many blanks."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment ends with its line: `# from C:\scans\`
@@ -226,23 +226,23 @@ def _blank(match: re.Match[bytes]) -> bytes:
 
 
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
-    """(l, width) the numbers on lines, behind some words."""
+    """Returns (l, width) the numbers on lines after `skipped` words."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
-    strange = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    refuse(tokens, lines, strange, "has something else than numbers; decimals are written with a point")
+    wrong = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
+    refuse(tokens, lines, wrong, "has something else than numbers; decimals are written with a point")
     return np.asarray(tokens.values[chosen])
 
 
 def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | None = None) -> None:
-    """Refuse the first of some lines that is wrong; in the reason its count stands for {}."""
+    """Refuses the first of the lines that is wrong; {} in the reason stands for its count."""
     if wrong.any():
         k = int(np.argmax(wrong))
         raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))
 
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:
-    """The error about a line, counted from 0: its number, its beginning, and the reason."""
-    return ContentsError(f"its line {tokens.numbers[k]:,}, {shown(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    """Makes the error about line `k`, counted from 0, with its number, its beginning and the reason."""
+    return ContentsError(f"its line {tokens.numbers[k]:,}, {quoted(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
 
 
 _CHUNK = 1 << 16
@@ -250,7 +250,7 @@ _Word = TypeVar("_Word")
 
 
 def words(values: Array) -> list[bytes]:
-    """Numbers as words that are read as the same numbers: whole ones, or real ones of the precision of their type."""
+    """Formats numbers as words that are read as the same numbers in the precision of their type."""
     if values.dtype.kind != "f":
         return [b"%d" % value for value in values.tolist()]
     form = "{:.9g}".format if values.dtype.itemsize == 4 else repr
@@ -258,7 +258,7 @@ def words(values: Array) -> list[bytes]:
 
 
 def rows(template: str, columns: Sequence[Array]) -> Iterator[bytes]:
-    """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
+    """Yields blocks of lines, one line for each row of the columns; the template has ``%r`` for each number."""
     for start in range(0, len(columns[0]), _CHUNK):
         parts = [column[start : start + _CHUNK].tolist() for column in columns]
         numbers = tuple(chain.from_iterable(zip(*parts, strict=True)))
@@ -266,7 +266,7 @@ def rows(template: str, columns: Sequence[Array]) -> Iterator[bytes]:
 
 
 def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
-    """Runs of words, one for each length."""
+    """Yields successive runs of words with these lengths."""
     ends = np.cumsum(lengths)
     for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
         yield words[start:end]
@@ -275,14 +275,14 @@ def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
 def changed_words(
     tokens: Tokens, lines: Longs, columns: list[int], new: Sequence[Array], differs: Sequence[Bools]
 ) -> tuple[Longs, list[bytes]]:
-    """The (k, 2) spans of words of lines, and what stands there where the new number of a column differs."""
-    other = np.stack(differs, axis=1)
-    each = np.stack([np.array(words(column), object) for column in new], axis=1)
-    return tokens.spans(lines, columns)[other], each[other].tolist()
+    """Returns (k, 2) the spans of the words whose number differs, and the new words."""
+    is_changed = np.stack(differs, axis=1)
+    new_words = np.stack([np.array(words(column), object) for column in new], axis=1)
+    return tokens.spans(lines, columns)[is_changed], new_words[is_changed].tolist()
 
 
 def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
-    """The text with new words in place of the (k, 2) ascending spans, each from its first byte to before its end."""
+    """Returns the text with new words at the (k, 2) ascending spans; the end of a span is exclusive."""
     parts = [b""] * (2 * len(new) + 1)
     begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
     parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]

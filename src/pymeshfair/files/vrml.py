@@ -1,4 +1,4 @@
-"""Reads scenes in VRML 2.0, and in X3D in the same words or in XML; writes VRML 2.0."""
+"""Reads scenes in VRML 2.0, and in X3D with the same syntax or in XML; writes VRML 2.0."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
 from . import scenes
 from .errors import ContentsError
-from .inputs import Reading, References, shown
+from .inputs import Reading, References, quoted
 from .outputs import Writing
 from .polygons import edges_of, triangles_of
 from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
-#: a list of numbers, which is kept as one text; one word of a field; the texts of a field
+#: the beginning of a list of numbers, which is kept as one text; a word of a field; the strings of a field
 _NUMBERS = re.compile(r"[\s,]*(?:#[^\n\r]*[\s,]*)*(?:[-+.\d]|nan|inf)", re.IGNORECASE)
 _WORD = re.compile(r'[-+.0-9"]|(?:TRUE|FALSE|NULL|nan|inf)\Z')
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
@@ -35,16 +35,16 @@ _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
-#: their fields, of whose nodes one is shown by a number, and those that show nothing
+#: nodes that show one child, with the field of its number; fields whose nodes are not shown
 _CHOSEN, _HIDDEN = {"Switch": "whichChoice", "LOD": ""}, ("proxy", "metadata")
-#: the nodes of values: the field that has them, and how many numbers make one
+#: nodes of values: the field of the values, and how many numbers make a value
 _VALUES = {
     **dict.fromkeys(("Coordinate", "CoordinateDouble"), ("point", 3)),
     **{"Normal": ("vector", 3), "Color": ("color", 3), "ColorRGBA": ("color", 4), "TextureCoordinate": ("point", 2)},
 }
-#: corners of each face in sets of such faces, and the field with the corners of each strip or fan
+#: by kind of a set: how many corners a face has, or the field with the corner count of each strip or fan
 _SIZES, _COUNTS = {"Triangle": 3, "Quad": 4}, {"TriangleStrip": "stripCount", "TriangleFan": "fanCount"}
-#: types of nodes: the attribute, the field of indices, and the field for one value a vertex or one a face
+#: types of nodes, their attribute, the field of indices, and the field that says whether values are per vertex or face
 _ATTRIBUTES = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),
@@ -55,40 +55,40 @@ _ATTRIBUTES = (
 @dataclass(eq=False)
 class _Node:
     type: str
-    fields: dict[str, str] = field(default_factory=dict)  # the numbers, truths or texts of each field
-    parts: list[tuple[str, _Node]] = field(default_factory=list)  # the nodes in fields, each with the name of the field
+    fields: dict[str, str] = field(default_factory=dict)  # the numbers, booleans or strings of each field
+    parts: list[tuple[str, _Node]] = field(default_factory=list)  # the child nodes, each with the name of its field
 
     def part(self, *types: str) -> _Node | None:
-        """The first part of one of these types."""
+        """Returns the first child of one of these types."""
         return next((part for _, part in self.parts if part.type in types), None)
 
     def numbers(self, name: str, default: str, count: int | None = None) -> Floats:
         return scenes.numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
     def values(self) -> Floats:
-        """(n, w) those of a node of values."""
+        """Returns (n, w) the values of a node of values."""
         name, width = _VALUES[self.type]
         return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
     def is_true(self, name: str) -> bool:
-        """The truth of a field, which is true if it is not there."""
+        """Returns the boolean of a field; a missing field is true."""
         return self.fields.get(name, "TRUE").strip().upper() == "TRUE"
 
 
 def _check_type(type: str) -> None:
-    """Refuse a type of node that leads out of the document."""
+    """Refuses a type of node that leads out of the document."""
     if type in _REFUSED:
         raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without")
 
 
-def _used(names: Mapping[str, _Node], name: str) -> _Node:
+def _defined_node(names: Mapping[str, _Node], name: str) -> _Node:
     if name not in names:
-        raise ContentsError(f"it uses {shown(name, 30)}, which is not defined before")
+        raise ContentsError(f"it uses {quoted(name, 30)}, which is not defined before")
     return names[name]
 
 
 def read_vrml(path: Path, references: References) -> Reading:
-    """Read a scene."""
+    """Reads a scene in VRML, or in X3D with the same syntax."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
         raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")
@@ -124,29 +124,29 @@ class _Parser:
 
     def _node(self, token: str) -> _Node:
         if token == "USE":
-            return _used(self._names, self._next())
+            return _defined_node(self._names, self._next())
         name = self._next() if token == "DEF" else ""
         node = _Node(self._next() if name else token)
         _check_type(node.type)
         if not re.match(r"[^\W\d]", node.type) or self._next() != "{":
-            raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is due")
+            raise ContentsError(f"{quoted(node.type, 30)} stands in it where a node is expected")
         self._depth, self._count = self._depth + 1, self._count + 1
         if self._depth > scenes.DEEPEST or self._count > scenes.MOST_PLACED:
             raise ContentsError(f"its nodes are more than {scenes.DEEPEST} levels deep, or more than {scenes.MOST_PLACED:,}")
         token = self._next()
         while token != "}":
             if not token:
-                raise ContentsError(f"it is cut short: a {shown(node.type, 30)} has no end")
+                raise ContentsError(f"it is cut short: a {quoted(node.type, 30)} has no end")
             token = self._next(4) if token == "ROUTE" else self._field(node, token)
         self._depth -= 1
         self._names[name] = node
         return node
 
     def _field(self, node: _Node, name: str) -> str:
-        """Read a field of a node; the token behind it."""
+        """Reads a field of a node; returns the token after it."""
         _check_type(name)
         if not re.match(r"[^\W\d]", name):
-            raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is due")
+            raise ContentsError(f"{quoted(name, 30)} stands in a {quoted(node.type, 30)} where the name of a field is expected")
         words: list[str] = []
         if (token := self._next()) == "[":
             if _NUMBERS.match(self._text, self._at):
@@ -172,7 +172,7 @@ class _Parser:
 
 
 def read_x3d(path: Path, references: References) -> Reading:
-    """Read a scene in XML."""
+    """Reads a scene in XML."""
     root = scenes.read_tree(path.read_bytes())
     scene = root.find("Scene")
     if root.tag != "X3D" or scene is None:
@@ -186,7 +186,7 @@ def read_x3d(path: Path, references: References) -> Reading:
 def _of_element(part: Element, names: dict[str, _Node]) -> _Node:
     _check_type(part.tag)
     if (name := part.get("USE")) is not None:
-        return _used(names, name)
+        return _defined_node(names, name)
     node = _Node(part.tag, {name: text.replace(",", " ") if "url" not in name else text for name, text in part.attrib.items()})
     children = [child for child in part if child.tag not in _STATEMENTS]
     node.parts = [(child.get("containerField", "children"), _of_element(child, names)) for child in children]
@@ -211,23 +211,23 @@ class _Reader:
         self.shapes: dict[int, MeshData | None] = {}
         self._harmless: set[int] = set()
 
-    def visit(self, node: _Node, above: Floats) -> None:
+    def visit(self, node: _Node, parent_matrix: Floats) -> None:
         with self.assembly.within(id(node)):
             if not node.is_true("visible"):
                 self.assembly.lost["parts that are not visible"] = None
             elif node.type in _GROUPS:
-                self._visit_parts(node, above)
+                self._visit_parts(node, parent_matrix)
             elif node.type == "Shape":
                 if id(node) not in self.shapes:
                     self.shapes[id(node)] = self._shape(node)
                 if (part := self.shapes[id(node)]) is not None:
-                    self.assembly.place(part, above)
+                    self.assembly.place(part, parent_matrix)
             elif id(node) not in self._harmless:
                 self._check_harmless(node)
                 self.unread[node.type] += 1
 
-    def _visit_parts(self, node: _Node, above: Floats) -> None:
-        matrix = above @ _matrix(node) if node.type in _TRANSFORMS else above
+    def _visit_parts(self, node: _Node, parent_matrix: Floats) -> None:
+        matrix = parent_matrix @ _matrix(node) if node.type in _TRANSFORMS else parent_matrix
         parts = [part for name, part in node.parts if name not in _HIDDEN and not part.type.startswith("Metadata")]
         if node.type in _CHOSEN:
             chosen = int(node.numbers(_CHOSEN[node.type], "-1", 1)[0]) if _CHOSEN[node.type] else 0
@@ -238,15 +238,15 @@ class _Reader:
             self.visit(child, matrix)
 
     def _check_harmless(self, node: _Node) -> None:
-        """Refuse a node of an unknown type of which a part, however deep, is a shape."""
-        left = [node]
-        while left:
-            part = left.pop()
+        """Refuses a node of an unknown type that contains a shape at any depth."""
+        pending = [node]
+        while pending:
+            part = pending.pop()
             if part.type == "Shape":
-                raise ContentsError(f"a {shown(node.type, 30)} of it has shapes, and such a node is not known here")
+                raise ContentsError(f"a {quoted(node.type, 30)} of it has shapes, and such a node is not known here")
             if id(part) not in self._harmless:
                 self._harmless.add(id(part))
-                left += [child for _, child in part.parts]
+                pending += [child for _, child in part.parts]
 
     def _shape(self, shape: _Node) -> MeshData | None:
         look = shape.part("Appearance")
@@ -257,14 +257,14 @@ class _Reader:
         part = _GEOMETRIES[geometry.type](geometry, self.assembly)
         texture = self._texture(look, geometry) if look is not None else -1
         if "wedge_texture_coordinates" in part.face_attributes:
-            whole = np.full(len(part.faces), texture, np.int32)
-            part = part.with_attributes(face={"texture": whole} if texture >= 0 else {"wedge_texture_coordinates": None})
+            texture_ids = np.full(len(part.faces), texture, np.int32)
+            part = part.with_attributes(face={"texture": texture_ids} if texture >= 0 else {"wedge_texture_coordinates": None})
         material = None if look is None else look.part("Material")
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
         if material is not None and "diffuseColor" in material.fields and not coloured:
             shade = [*material.numbers("diffuseColor", "", 3), 1.0 - material.numbers("transparency", "0", 1)[0]]
             part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
-        return part if geometry.is_true("ccw") else scenes.turned_over(part)
+        return part if geometry.is_true("ccw") else scenes.with_reversed_faces(part)
 
     def _texture(self, look: _Node, geometry: _Node) -> int:
         if look.part("TextureTransform", "MultiTexture", "PixelTexture", "MovieTexture") is not None:
@@ -275,17 +275,17 @@ class _Reader:
         names = [unquote(a or b or c) for a, b, c in _TEXTS.findall(image.fields.get("url", "")) if a or b or c]
         images = [name for name in names if self._references.find_image(name)] or names
         if images and geometry.part("TextureCoordinate") is None:
-            self.assembly.lost[f"the texture {shown(images[0])} of a shape without texture coordinates"] = None
+            self.assembly.lost[f"the texture {quoted(images[0])} of a shape without texture coordinates"] = None
             return -1
         return self.assembly.texture(images[0]) if images else -1
 
 
 def _matrix(node: _Node) -> Floats:
-    """(4, 4) T C R S C^-1, the scale S along axes that are turned."""
-    first, second = (scenes.turn(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
-    linear = first @ second @ np.diag(node.numbers("scale", "1 1 1", 3)) @ second.T
+    """Returns the (4, 4) matrix T C R S C^-1; S scales along axes turned by ``scaleOrientation``."""
+    turn, axes = (scenes.rotation(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
+    linear = turn @ axes @ np.diag(node.numbers("scale", "1 1 1", 3)) @ axes.T
     center = node.numbers("center", "0 0 0", 3)
-    return scenes.placing(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
+    return scenes.affine_matrix(linear, node.numbers("translation", "0 0 0", 3) + center - linear @ center)
 
 
 def _points(geometry: _Node) -> Floats:
@@ -296,18 +296,18 @@ def _points(geometry: _Node) -> Floats:
 
 
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
-    """The indices of a field, which name one of so many values, and how many stand before each -1."""
-    what = f"the {name} of a {shown(geometry.type, 30)}"
+    """Returns the indices of a field, each below `count`, and how many indices precede each -1."""
+    what = f"the {name} of a {quoted(geometry.type, 30)}"
     numbers = scenes.indices(geometry.fields.get(name, ""), what)
     scenes.check_range(numbers, -1, count, what)
     ended = numbers if not len(numbers) or numbers[-1] < 0 else np.append(numbers, -1)
     return numbers[numbers >= 0], np.diff(np.flatnonzero(ended < 0), prepend=-1) - 1
 
 
-def _made(
+def _polygon_part(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """The part made of polygons, or of the triangles `chosen`, as numbers of corners, that strips and fans become."""
+    """Makes a part from polygons, or from triangles of strips and fans; `chosen` has the corner indices of the triangles."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:
@@ -316,18 +316,18 @@ def _made(
         values = node.values()
         of_faces = bool(per_vertex) and not geometry.is_true(per_vertex) and chosen is None
         if geometry.fields.get(field_name, "").strip() and chosen is None:
-            own, own_lengths = _runs(geometry, field_name, len(values))
-            if not of_faces and not np.array_equal(own_lengths, lengths):
+            chosen_values, value_counts = _runs(geometry, field_name, len(values))
+            if not of_faces and not np.array_equal(value_counts, lengths):
                 raise ContentsError(f"the {field_name} of a {geometry.type} of it does not fit its faces")
         else:
-            own = np.arange(len(lengths)) if of_faces else corners
-        needed = max(len(lengths) - len(own) + len(values) if of_faces else 0, int(own.max(initial=-1)) + 1)
+            chosen_values = np.arange(len(lengths)) if of_faces else corners
+        needed = max(len(lengths) - len(chosen_values) + len(values) if of_faces else 0, int(chosen_values.max(initial=-1)) + 1)
         if len(values) < needed:
             raise ContentsError(f"a {node.type} of it has {len(values):,} values, but its faces take {needed:,}")
         if not of_faces:
-            of_corners[attribute] = values[own if chosen is None else own[chosen.ravel()]]
+            of_corners[attribute] = values[chosen_values if chosen is None else chosen_values[chosen.ravel()]]
         elif attribute == "colors":
-            of_polygons[attribute] = scenes.levels(values[own[: len(lengths)]])
+            of_polygons[attribute] = scenes.levels(values[chosen_values[: len(lengths)]])
         else:
             assembly.lost["normals of faces"] = None
     if chosen is not None:
@@ -335,12 +335,12 @@ def _made(
     return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons)
 
 
-def _set(geometry: _Node, assembly: Assembly) -> MeshData:
+def _face_set(geometry: _Node, assembly: Assembly) -> MeshData:
     kind = geometry.type.removeprefix("Indexed").removesuffix("Set")
     points, what, name = _points(geometry), f"the corners of a {geometry.type!r}", _COUNTS.get(kind, "")
     if kind == "Face":
         runs = _runs(geometry, "coordIndex", len(points))
-        return _made(geometry, assembly, points, *runs, f"the coordIndex of a {geometry.type!r}")
+        return _polygon_part(geometry, assembly, points, *runs, f"the coordIndex of a {geometry.type!r}")
     if geometry.type.startswith("Indexed"):
         name = "index"
         corners, lengths = _runs(geometry, name, len(points))
@@ -350,15 +350,15 @@ def _set(geometry: _Node, assembly: Assembly) -> MeshData:
     if kind in _SIZES:
         size = _SIZES[kind]
         if len(corners) % size:
-            raise ContentsError(f"{what} are {len(corners):,}, which are no whole number of {size}")
-        return _made(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
+            raise ContentsError(f"{what} are {len(corners):,}, which is no multiple of {size}")
+        return _polygon_part(geometry, assembly, points, corners, np.full(len(corners) // size, size), what)
     if (lengths < 3).any() or lengths.sum() != len(corners):
-        raise ContentsError(f"{what} are {len(corners):,}, but {name} says otherwise")
+        raise ContentsError(f"{what} are {len(corners):,}, which does not fit {name}")
     chosen = triangles_of(corners, lengths, fans=kind == "TriangleFan")
-    return _made(geometry, assembly, points, corners, lengths, what, chosen)
+    return _polygon_part(geometry, assembly, points, corners, lengths, what, chosen)
 
 
-def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
+def _line_set(geometry: _Node, assembly: Assembly) -> MeshData:
     points = _points(geometry)
     vertex: dict[str, Any] = {}
     if (color := geometry.part("Color", "ColorRGBA")) is not None:
@@ -374,7 +374,7 @@ def _lines(geometry: _Node, assembly: Assembly) -> MeshData:
         corners = np.arange(len(points))
         lengths = scenes.indices(geometry.fields.get("vertexCount", ""), "the vertexCount of a LineSet")
         if lengths.sum() != len(corners) or (lengths < 0).any():
-            raise ContentsError("the vertexCount of a LineSet of it says otherwise than its points")
+            raise ContentsError("the vertexCount of a LineSet of it does not fit its points")
     return MeshData(vertices=points, edges=edges_of(corners, lengths), vertex_attributes=vertex)
 
 
@@ -387,24 +387,24 @@ def _elevation(geometry: _Node, assembly: Assembly) -> MeshData:
     points = np.stack([x * x_spacing, heights, z * z_spacing], axis=1)
     first = np.flatnonzero((x < wide - 1) & (z < deep - 1))
     corners = np.stack([first, first + wide, first + wide + 1, first + 1], axis=1)
-    return _made(geometry, assembly, points, corners.ravel(), np.full(len(first), 4), "the corners of an ElevationGrid")
+    return _polygon_part(geometry, assembly, points, corners.ravel(), np.full(len(first), 4), "the corners of an ElevationGrid")
 
 
 _GEOMETRIES: Mapping[str, Callable[[_Node, Assembly], MeshData]] = {
-    "IndexedFaceSet": _set,
-    **{f"{prefix}{kind}Set": _set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
-    **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _lines),
+    "IndexedFaceSet": _face_set,
+    **{f"{prefix}{kind}Set": _face_set for prefix in ("", "Indexed") for kind in (*_SIZES, *_COUNTS)},
+    **dict.fromkeys(("PointSet", "IndexedLineSet", "LineSet"), _line_set),
     "ElevationGrid": _elevation,
 }
 
 
 def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Write a mesh as one shape in VRML 2.0, every digit of its coordinates, with the colours of its vertices."""
+    """Writes a mesh as one shape in VRML 2.0, with every digit of its coordinates, and the colours of its vertices."""
     colors, colour = mesh.vertex_attributes.get("colors"), ""
     if colors is not None:
         shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab truncates levels
-        each = "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
-        colour = f"color Color {{ color [\n{each}\n] }}\n"
+        color_lines = "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
+        colour = f"color Color {{ color [\n{color_lines}\n] }}\n"
     points = "\n".join("{!r} {!r} {!r}".format(*place) for place in mesh.vertices.tolist())
     faces = "\n".join("{} {} {} -1".format(*face) for face in mesh.faces.tolist())
     coord = f"coord Coordinate {{ point [\n{points}\n] }}\n"

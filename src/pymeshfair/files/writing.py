@@ -1,11 +1,11 @@
-"""The one way to write files: rules for replacing them, and files that appear whole or not at all.
+"""Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-Nothing that exists is replaced unless that was asked for, and links, folders, pipes and devices not even then. The files of a
-run are written to a hidden folder beside the output, on the same file system, and put in place by `place`, all or none.
+An existing file is replaced only on request; a link, folder, pipe or device is never replaced. A run writes its files to a
+hidden staging folder beside the output, on the same file system, and `place` puts all of them in place, or none.
 
-One that was left behind, because the power failed or everything was killed at once, is removed by the next run in the same
-folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it stays until a user
-removes it. That of a run by tiles may hold hours of work: it stays until that goes on.
+A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder, so the next
+run removes the folders beside its output in which no process holds a lock. On a system without locks users have to remove them.
+The folder of a run by tiles may hold hours of work, so it stays until the run is resumed.
 """
 
 import contextlib
@@ -32,15 +32,15 @@ _KINDS = (
     (stat.S_ISDIR, "a folder: name a file"),
     (stat.S_ISFIFO, "a pipe, and a file would take its place: name another one"),
 )
-#: the starts of the names of lock files, and of the folders of runs and of runs by tiles; the end of one that is being removed
+#: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"
-#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
 _GRACE = 3600.0
 
 
 def check_place(path: Path) -> bool:
-    """Whether there is a regular file; refuse a place where no file can be put."""
+    """Returns whether the path is a regular file; refuses a path where no file can be put."""
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -62,7 +62,7 @@ def check_place(path: Path) -> bool:
 
 
 def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None:
-    """Refuse an extension that is none of `kinds`, a place where no file can be put, and without `overwrite` an existing file."""
+    """Refuses an extension that is none of `kinds`, a path where no file can be put, and without `overwrite` an existing file."""
     check_kind(path, kinds)
     _check_free(path, overwrite=overwrite)
 
@@ -73,7 +73,7 @@ def _check_free(path: Path, *, overwrite: bool) -> None:
 
 
 def check_kind(path: Path, kinds: Collection[str]) -> None:
-    """Refuse a file with another extension than these."""
+    """Refuses a file whose extension is none of `kinds`."""
     if extension(path) not in kinds:
         what = f"{path.suffix!r} is no format for it" if path.suffix else "it has no extension that says the format"
         raise OutputError(path, f"{what}; name a file that ends with {listed(tuple(kinds))}")
@@ -81,16 +81,16 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Lock an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
+    """Locks an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
-            if not (folder / _LOCK).exists():  # of a run that died before it locked the folder that it had just made
+            if not (folder / _LOCK).exists():  # its run died before it locked the new folder
                 remove_folder(folder)
         try:
             yield
         finally:
-            # Before the lock is released, so that the lock file of another run is not removed.
+            # Removed before the lock is released: later the file may belong to another run.
             with contextlib.suppress(OSError):
                 path.unlink()
 
@@ -117,7 +117,7 @@ def _locked(path: Path, output: Path) -> BinaryIO:
 
 @contextlib.contextmanager
 def staging_folder(output: Path) -> Iterator[Path]:
-    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it."""
+    """Makes a folder beside `output` with the empty folders ``new`` and ``old``; at the end removes it with its contents."""
     for folder in abandoned_folders(output.parent):
         if not folder.name.startswith(WORK_PREFIX):
             remove_folder(folder)
@@ -139,7 +139,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def in_use(folder: Path) -> Iterator[None]:
-    """Hold a lock in a folder, so that it does not count as abandoned."""
+    """Holds a lock in a folder, so that it does not count as abandoned."""
     system = this_system()
     # The file gets its final name once it is locked, so that no other run sees an unlocked one.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
@@ -149,18 +149,18 @@ def in_use(folder: Path) -> Iterator[None]:
 
 
 def remove_folder(folder: Path) -> None:
-    """Remove a staging folder, even while something still wants to put files into it."""
+    """Removes a staging folder, even while another process still adds files to it."""
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     with contextlib.suppress(OSError):
         folder.replace(gone)
-    for path in dict.fromkeys((folder, gone)):  # the process that began may have died in between
+    for path in dict.fromkeys((folder, gone)):  # an earlier removal may have stopped half way
         shutil.rmtree(path, ignore_errors=True)
 
 
 def clear_up(stage: Path, output: Path) -> None:
-    """Remove the staging folder, and the file that was locked, of a process that ended before it could."""
+    """Removes the staging folder and the lock file of a process that ended without removing them."""
     remove_folder(stage)
-    for _ in range(20):  # it may lose its pipes a moment before its locks
+    for _ in range(20):  # a dying process may close its pipes a moment before its locks
         try:
             with output_lock(output):
                 return
@@ -171,7 +171,7 @@ def clear_up(stage: Path, output: Path) -> None:
 
 
 def abandoned_folders(parent: Path) -> list[Path]:
-    """The folders of runs in `parent` that no process uses any more."""
+    """Returns the folders of runs in `parent` that no process uses any more."""
     with contextlib.suppress(OSError):
         return [f for f in sorted(parent.iterdir()) if f.name.startswith((STAGE_PREFIX, WORK_PREFIX)) and _is_abandoned(f)]
     return []
@@ -190,15 +190,15 @@ def _is_abandoned(folder: Path) -> bool:
 
 
 def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
-    """Write one file, which appears whole or not at all; if it cannot be written, a former file is still there."""
+    """Writes one file whole or not at all; if this fails, a former file stays."""
     _check_free(path, overwrite=overwrite)
-    made = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
+    temporary = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
     try:
-        _write_whole(made, data)
-        made.replace(path)
+        _write_whole(temporary, data)
+        temporary.replace(path)
     except BaseException as error:
         with contextlib.suppress(OSError):
-            made.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
             raise OutputError(path, _words(error)) from error
         raise
@@ -211,21 +211,21 @@ def _write_whole(path: Path, data: bytes) -> None:
 
 
 def to_disk(file: BinaryIO) -> None:
-    """Wait until the disk has the contents of a file."""
+    """Flushes a file, and waits until the disk has its contents."""
     file.flush()
     os.fsync(file.fileno())
 
 
 @dataclass(frozen=True)
 class StagedFile:
-    """A finished file in a staging folder, and where it belongs."""
+    """A finished file in a staging folder, and its target."""
 
     staged: Path
     target: Path
 
 
 def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
-    """Write a file into a staging folder."""
+    """Writes a file into a staging folder."""
     try:
         _write_whole(staged, data)
     except OSError as error:
@@ -234,9 +234,9 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Put all files in place in their order, or none, and then the former ones are there again; `outdated` is removed before.
+    """Puts all files in place in their order; if this fails, restores the former files. `outdated` is removed first.
 
-    A rename works within a file system alone: files for another folder are first brought into a staging folder there.
+    A rename works only within a file system, so files for another folder first move to a staging folder there.
     """
     done: list[tuple[Path, Path | None]] = []
     stages, target = {stage.parent: stage}, files[0].target if files else stage

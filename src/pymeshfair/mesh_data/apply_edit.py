@@ -1,7 +1,7 @@
-"""The mesh that a checked edit makes of another one: attributes are kept, or continued into added elements.
+"""Checks edits, and applies them to meshes; keeps attributes, and continues them into added elements.
 
-To n vertices and (m, 3) `faces` are added a vertices and (b, 3) `added_faces`, whose indices go up to n + a - 1. Each added
-element takes the values of an old one, its donor, where none can be continued. Colours and textures are continued.
+An edit adds a vertices and (b, 3) `added_faces`, with indices below n + a, to n vertices and (m, 3) `faces`. Colours and textures
+of added elements continue those around them. Scalars and texture coordinates are copied from a near old element, the donor.
 """
 
 from dataclasses import replace
@@ -13,19 +13,19 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from ..filters.libraries import spatial
-from .mesh_data import MeshData, numbered, read_pixels, sampled
+from .mesh_data import MeshData, read_pixels, sampled, source_ids
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
 _NUMBERS = (*_WIDTHS, "vertex_scalars", "face_scalars")
-#: Added faces show the texture of old ones that are at most so many rings away from them.
+#: Added faces show the texture of old faces within this number of rings.
 _RINGS = 4
-#: Where a face's texture is looked at, as shares of its corners: its middle, and half way from there to each corner.
+#: Barycentric coordinates of the texture samples of a face: its centroid, and half way from there to each corner.
 _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """The edit with arrays as `Edit` promises them; else a `MeshError`, which begins with a verb, for the filter's name."""
+    """Returns the edit with arrays as `Edit` promises; else raises a `MeshError` that continues the name of the filter."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -65,6 +65,7 @@ def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
 
 
 def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
+    """Returns an array of an edit in its declared type; refuses a wrong type, shape or value."""
     dtype = np.bool_ if name in _FLAGS else np.float64
     array = np.asarray(value)
     if array.dtype != dtype and (name in _FLAGS or not np.issubdtype(array.dtype, np.number)):
@@ -92,9 +93,9 @@ def removes(edit: Edit) -> bool:
 
 
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
-    """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get."""
+    """Returns the mesh after a checked edit, without its new layers; `Edit` says what added elements get."""
     if adds(edit):
-        mesh = with_additions(mesh, edit, faces_that_give(mesh, edit.added_faces))
+        mesh = with_additions(mesh, edit, texture_donors(mesh, edit.added_faces))
     if edit.vertices is not None:
         mesh = moved(mesh, np.concatenate([edit.vertices, mesh.vertices[len(edit.vertices) :]]))
     for element in ("vertex", "face"):
@@ -109,14 +110,14 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
 
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
-    """The mesh with other coordinates. Normals of faces follow them, and those of vertices if there are faces."""
+    """Returns the mesh with other coordinates. If it has faces, normals are computed anew when needed."""
     if not len(mesh.faces):
         return replace(mesh, vertices=vertices)
     return replace(mesh.with_attributes({"normals": None}, {"normals": None}), vertices=vertices)
 
 
 def as_layer(layer: NewLayer) -> MeshData:
-    """The mesh of a layer that a filter has made."""
+    """Converts a new layer of a filter to a mesh."""
     n = len(layer.vertices)
     for name in ("faces", "edges"):
         cells = getattr(layer, name)
@@ -138,12 +139,12 @@ def as_layer(layer: NewLayer) -> MeshData:
 
 
 def as_levels(colors: Floats) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 as levels from 0 to 255."""
+    """Converts colours from 0 to 1 to levels from 0 to 255."""
     return np.rint(np.asarray(colors) * 255.0).astype(np.uint8)
 
 
 def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
-    """Refuse to delete vertices at which (e, 2) edges end."""
+    """Refuses to delete end points of the (e, 2) edges."""
     if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
         raise MeshError(
             f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
@@ -151,8 +152,8 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
         )
 
 
-def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """(m,) the faces that may give added ones their texture: those of the one that most vertices of the rim have, else all."""
+def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
+    """Returns (m,) the possible texture donors: the faces with the most frequent texture of the rim, else all faces."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -160,18 +161,18 @@ def faces_that_give(mesh: MeshData, added_faces: Ints | None) -> Bools:
     finite = np.isfinite(wedges).all(axis=(1, 2))
     numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
     candidates = [finite & (numbers == number) for number in np.unique(numbers)]
-    used = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
-    shares = [np.isin(used, mesh.faces[those]).sum() + those.any() for those in candidates]
-    best = candidates[int(np.argmax(shares))]
+    added_vertices = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
+    counts = [np.isin(added_vertices, mesh.faces[mask]).sum() + mask.any() for mask in candidates]
+    best = candidates[int(np.argmax(counts))]
     return best if best.any() else everywhere
 
 
-def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
-    """The mesh with the added vertices and faces, and with what near elements, those of faces that `may_give`, give them."""
+def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
+    """Returns the mesh with added vertices and faces; only faces of the mask `may_donate` give attributes to them."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])
-    of_vertices, of_faces = _find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_give)
+    of_vertices, of_faces = _find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_donate)
 
     vertex: dict[str, NDArray[Any]] = {}
     for name, values in mesh.vertex_attributes.items():
@@ -185,10 +186,10 @@ def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":
-            used = np.zeros(len(mesh.vertices), dtype=np.bool_)
-            used[mesh.faces] = True
+            is_used = np.zeros(len(mesh.vertices), dtype=np.bool_)
+            is_used[mesh.faces] = True
             shades = values / 255.0
-            blend = _blend(shades, mesh.faces, added_faces, used, shades[of_faces])
+            blend = _blend(shades, mesh.faces, added_faces, is_used, shades[of_faces])
             face[name] = as_levels(np.concatenate([shades, blend]))
         elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[of_faces]])
@@ -196,8 +197,8 @@ def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
             numbers = mesh.face_attributes.get("texture")
             number = 0 if numbers is None or not len(of_faces) else int(numbers[of_faces[0]])
             image = read_pixels(mesh.textures[number]) if 0 <= number < len(mesh.textures) else None
-            shown = _continued_texture(image, values, mesh.faces, added_faces, may_give, of_faces)
-            face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
+            coordinates = _continued_texture(image, values, mesh.faces, added_faces, may_donate, of_faces)
+            face[name] = np.concatenate([values, np.repeat(coordinates[:, None], 3, axis=1)])
         elif name != "normals":
             face[name] = _extended(values, len(added_faces), -1 if name == "polygon" else 0)
     return replace(
@@ -206,73 +207,73 @@ def with_additions(mesh: MeshData, edit: Edit, may_give: Bools) -> MeshData:
         faces=np.concatenate([mesh.faces, added_faces]),
         vertex_attributes=vertex,
         face_attributes=face,
-        vertex_ids=_extended(numbered(mesh.vertex_ids, len(mesh.vertices)), len(added_vertices), -1),
-        face_ids=_extended(numbered(mesh.face_ids, len(mesh.faces)), len(added_faces), -1),
+        vertex_ids=_extended(source_ids(mesh.vertex_ids, len(mesh.vertices)), len(added_vertices), -1),
+        face_ids=_extended(source_ids(mesh.face_ids, len(mesh.faces)), len(added_faces), -1),
     )
 
 
-def _extended(values: NDArray[Any], count: int, by: int = 0) -> NDArray[Any]:
-    return np.concatenate([values, np.full((count, *values.shape[1:]), by, values.dtype)])
+def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
+    return np.concatenate([values, np.full((count, *values.shape[1:]), fill, values.dtype)])
 
 
 def _find_donors(
-    points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools
+    points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(a,) for an added vertex the nearest old one that added faces use, else any; (b,) for an added face an old one.
+    """Returns (a,) the donor of each added vertex, the nearest old vertex on the rim, and (b,) the donor of each added face.
 
-    That is one at the nearest of these vertices to its centre. `points` are (n + a, 3), `old` is n, and of the (m,) faces those
-    may be donors, with their vertices, that `may_give`; at least one.
+    The donor of an added face is an old face at the rim vertex nearest to the centroid; without a rim, all vertices count.
+    `points` are (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
     """
-    givers = np.flatnonzero(may_give)
-    at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
-    rim = np.isin(at, added_faces[added_faces < old])
+    donor_faces = np.flatnonzero(may_donate)
+    donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
+    rim = np.isin(donor_vertices, added_faces[added_faces < old])
     if rim.any():
-        at, first = at[rim], first[rim]
+        donor_vertices, first = donor_vertices[rim], first[rim]
     # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
     points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
-    tree = spatial.cKDTree(points[at])
+    tree = spatial.cKDTree(points[donor_vertices])
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
-    return at[near_vertex], givers[first[near_face] // 3]
+    return donor_vertices[near_vertex], donor_faces[first[near_face] // 3]
 
 
 def _continued_texture(
-    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
+    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_donate: Bools, of: NDArray[np.intp]
 ) -> Floats:
-    """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
+    """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
-    The image has no pixels for added faces. So an added face shows one colour: of the old faces near the added ones, that
-    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image, (height, width, 3)
-    `pixels`, it is the middle of a neighbour, never its corner, where the image may show what lies beside its charts.
+    The image has no pixels for added faces. So an added face shows one colour, which should equal a blend of the colours around.
+    The near old face with the most similar colour is taken. Without an image, (height, width, 3) `pixels`, the donor is taken.
+    Corners are not used, since the image may show pixels of other charts there.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_give` marks the faces that may give theirs.
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible donors, `of` are the donors.
     """
-    middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
+    centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
     near = np.zeros(old, dtype=np.bool_)
     near[added_faces[added_faces < old]] = True
     for _ in range(_RINGS - 1):
         near[faces[near[faces].any(axis=1)]] = True
-    givers = np.flatnonzero(near[faces].any(axis=1) & may_give)
-    if pixels is None or len(givers) == 0:
-        return np.asarray(middles[of])
-    shown = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
-    mean = shown.mean(axis=1)
-    used = np.zeros(old, dtype=np.bool_)
-    used[faces[givers]] = True
-    nearest = np.searchsorted(givers, of)
-    wanted = _blend(mean, faces[givers], added_faces, used, mean[np.minimum(nearest, len(givers) - 1)])
-    # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
-    unlike = np.abs(shown - shown[:, :1]).max(axis=1)
-    _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
-    return np.asarray(middles[givers[chosen]])
+    donor_faces = np.flatnonzero(near[faces].any(axis=1) & may_donate)
+    if pixels is None or len(donor_faces) == 0:
+        return np.asarray(centroids[of])
+    samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
+    mean = samples.mean(axis=1)
+    is_used = np.zeros(old, dtype=np.bool_)
+    is_used[faces[donor_faces]] = True
+    nearest = np.searchsorted(donor_faces, of)
+    blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
+    # Contrast as a fourth coordinate prefers faces of uniform colour to faces across an edge in the image.
+    contrast = np.abs(samples - samples[:, :1]).max(axis=1)
+    _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
+    return np.asarray(centroids[donor_faces[chosen]])
 
 
-def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, otherwise: Floats) -> Floats:
-    """(b, k) for each added face the mean of its corners, where values at `fixed` vertices are means of the faces there."""
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
+    """Returns (b, k) means of harmonic values at the corners of added faces; `fixed` vertices hold the means of their faces."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
-    for _ in range(2):  # the second time over two rings, so that a fine pattern of the texture counts as its mean
+    for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean
         at_vertices = sums / np.maximum(number, 1.0)[:, None]
         spread = of_faces if not number.any() else at_vertices[faces].mean(axis=1)
         sums, number = np.zeros_like(sums), np.zeros_like(number)
@@ -284,14 +285,14 @@ def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, other
     held[: len(fixed)] = fixed
     values[~held] = np.nan
     corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
-    return np.where(np.isfinite(corners), corners, otherwise)
+    return np.where(np.isfinite(corners), corners, fallback)
 
 
 def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:
-    """The values, those that are not `fixed` from `harmonic_values` on the added faces."""
+    """Returns the values; those that are not `fixed` become harmonic on the added faces (`harmonic_values`)."""
     from ..filters.fairing import harmonic_values
 
-    used, index = np.unique(added_faces, return_inverse=True)
+    vertices, index = np.unique(added_faces, return_inverse=True)
     continued = values.copy()
-    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], fixed[used])
+    continued[vertices] = harmonic_values(index.reshape(-1, 3), values[vertices], fixed[vertices])
     return continued

@@ -38,11 +38,11 @@ class Source:
 
     path: Path
     format: str  # its format, an extension in lower case
-    document: Any = None  # kept by the reader of that format for its writer, so that unchanged parts are written as they were
-    #: contents of the file that `MeshData` cannot have, in words; only a file of the same format can keep it
+    document: Any = None  # kept by the reader for the writer of the same format, which writes unchanged parts as they were
+    #: names of contents that `MeshData` cannot hold; only a file of the same format can keep them
     extras: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
-    #: those that its materials name besides textures; only a file of the same format can keep them
+    #: images that its materials name besides textures; only a file of the same format can keep them
     images: tuple[Texture, ...] = ()
     vertices: int = 0  # how many vertices it has
     faces: int = 0  # how many triangles its faces make
@@ -51,9 +51,9 @@ class Source:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeshData:
-    """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
+    """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes a new mesh.
 
-    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. In a `View` it is a
+    A mesh with vertices alone is a point cloud; a mesh with edges and no triangles is a polyline. A `View` presents a mesh as a
     `pymeshfair.declaration.Layer`.
 
     Attributes:
@@ -63,16 +63,15 @@ class MeshData:
         vertex_attributes: by name: ``normals`` (n, 3), ``colors`` (n, 4) uint8, ``scalars`` (n,), ``radii`` (n,),
             ``texture_coordinates`` (n, 2), ``selection`` (n,) bool; any other name is a custom attribute, (n,) or (n, 3).
         face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
-            ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) the same
-            number for the triangles of one polygon, -1 for a triangle; any other name is a custom attribute.
-        keeps_normals: whether the vertices of a mesh with faces have normals of their own, which a file then gets. They follow
-            the coordinates.
-        textures: in the order that ``texture`` counts them.
-        matrix: (4, 4) that places the coordinates, None for the identity. Files hold none.
+            ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) one number
+            for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
+        keeps_normals: whether files of a mesh with faces get vertex normals, which follow the coordinates.
+        textures: the images; ``texture`` is an index into them.
+        matrix: (4, 4) transformation of the coordinates, None for the identity. Files have none.
         label: the name of the layer.
         unit: of the coordinates, where the file has one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that it comes from.
-        vertex_ids: (n,) the vertex of the source that each is, -1 for a new one; None if they are all there in their order.
+        vertex_ids: (n,) index in the source of each vertex, -1 for a new one; None if all vertices are there in their order.
         face_ids: (m,) the same of the triangles.
         edge_ids: (e,) the same of the edges.
     """
@@ -96,13 +95,13 @@ class MeshData:
         for name, dtype, shape in (("vertices", np.float64, (-1, 3)), ("faces", np.int32, (-1, 3)), ("edges", np.int32, (-1, 2))):
             object.__setattr__(self, name, _frozen(np.asarray(getattr(self, name), dtype).reshape(shape)))
         for name in ("vertex_attributes", "face_attributes"):
-            if not isinstance(getattr(self, name), ReadWhenAsked):
+            if not isinstance(getattr(self, name), LazyAttributes):
                 object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
 
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
     ) -> MeshData:
-        """The mesh with these attributes added or replaced; None takes one away."""
+        """Returns the mesh with these attributes added or replaced; None removes an attribute."""
         return replace(
             self,
             vertex_attributes=_changed(self.vertex_attributes, vertex or {}),
@@ -110,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """The chosen (n,) vertices, and those of the chosen (m,) faces and of the edges whose vertices are all among them."""
+        """Returns the part with the vertices of an (n,) mask, and the edges and faces (of an (m,) mask) that use only these."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -123,18 +122,18 @@ class MeshData:
             edges=number[self.edges[kept_edges]],
             vertex_attributes={name: values[vertices] for name, values in self.vertex_attributes.items()},
             face_attributes={name: values[kept_faces] for name, values in self.face_attributes.items()},
-            vertex_ids=numbered(self.vertex_ids, len(self.vertices))[vertices],
-            face_ids=numbered(self.face_ids, len(self.faces))[kept_faces],
-            edge_ids=numbered(self.edge_ids, len(self.edges))[kept_edges],
+            vertex_ids=source_ids(self.vertex_ids, len(self.vertices))[vertices],
+            face_ids=source_ids(self.face_ids, len(self.faces))[kept_faces],
+            edge_ids=source_ids(self.edge_ids, len(self.edges))[kept_edges],
         )
 
     def document(self, kind: type[_T]) -> _T | None:
-        """What the reader of a format keeps for its writer, if the mesh was read from a file of that format."""
+        """Returns what the reader keeps for the writer of the same format, if the source has that format."""
         document = None if self.source is None else self.source.document
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """The mesh with its matrix applied to its coordinates and normals."""
+        """Returns the mesh with its matrix applied to coordinates and normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
@@ -143,18 +142,18 @@ class MeshData:
 
     @cached_property
     def vertex_normals(self) -> Floats:
-        """(n, 3) of a mesh with faces those of its own, or the means of those of the faces by angle; 0 where there are none."""
-        if (own := self.vertex_attributes.get("normals")) is not None:
-            return own
+        """(n, 3) normals of the vertices, else angle-weighted means of the face normals; 0 without faces."""
+        if (normals := self.vertex_attributes.get("normals")) is not None:
+            return normals
         from ..filters.geometry import vertex_normals_by_angle
 
         return _frozen(vertex_normals_by_angle(self.vertices, self.faces))
 
     @cached_property
     def face_normals(self) -> Floats:
-        """(m, 3) unit normals, 0 of a face without area."""
-        if (own := self.face_attributes.get("normals")) is not None:
-            return own
+        """(m, 3) unit normals; 0 for a face without area."""
+        if (normals := self.face_attributes.get("normals")) is not None:
+            return normals
         from ..filters.geometry import face_normals
 
         return _frozen(face_normals(self.vertices, self.faces))
@@ -177,18 +176,18 @@ class MeshData:
     @property
     def face_scalars(self) -> Floats:
         """(m,) the scalars of the faces."""
-        return self._own_of_faces("scalars")
+        return self._face_attribute("scalars")
 
     @property
     def vertex_colors(self) -> Floats:
         """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
-        own = self.vertex_attributes.get("colors")
-        return _frozen(np.ones((len(self.vertices), 4)) if own is None else own / 255.0)
+        colors = self.vertex_attributes.get("colors")
+        return _frozen(np.ones((len(self.vertices), 4)) if colors is None else colors / 255.0)
 
     @property
     def face_colors(self) -> Floats:
         """(m, 4) from 0 to 1."""
-        return _frozen(self._own_of_faces("colors") / 255.0)
+        return _frozen(self._face_attribute("colors") / 255.0)
 
     @property
     def has_vertex_scalars(self) -> bool:
@@ -210,7 +209,7 @@ class MeshData:
     def has_wedge_tex_coords(self) -> bool:
         return "wedge_texture_coordinates" in self.face_attributes
 
-    def _own_of_faces(self, name: str) -> Array:
+    def _face_attribute(self, name: str) -> Array:
         if name not in self.face_attributes:
             raise MeshError(f"the mesh {self.label!r} has no face {name}")
         return self.face_attributes[name]
@@ -223,11 +222,11 @@ class MeshData:
         extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)
         with np.errstate(over="ignore", under="ignore"):
             diagonal = float(np.linalg.norm(extent))
-        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
+        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # squares of other lengths overflow or underflow
 
     @cached_property
     def mean_edge(self) -> float:
-        """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
+        """The mean edge length of the faces, else of the polylines, else the mean distance between nearest points."""
         from ..filters.geometry import mean_edge_length
         from ..filters.neighbours import nearest_neighbours
 
@@ -236,23 +235,23 @@ class MeshData:
         return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
 
     def selected_vertices(self) -> Bools:
-        """(n,) the selected vertices or, if there are none, those all of whose faces are selected."""
+        """Returns (n,) the selected vertices; if there are none, the vertices whose faces are all selected."""
         vertices, selected_faces = self.vertex_selection, self.face_selection
         if vertices.any():
             return vertices
         if selected_faces.any():
-            strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
-            strictly[self.faces[selected_faces]] = True
-            strictly[self.faces[~selected_faces]] = False
-            if strictly.any():
-                return strictly
+            surrounded: Bools = np.zeros(len(vertices), dtype=np.bool_)
+            surrounded[self.faces[selected_faces]] = True
+            surrounded[self.faces[~selected_faces]] = False
+            if surrounded.any():
+                return surrounded
         raise MeshError(
             f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
         )
 
 
-class ReadWhenAsked(UserDict[str, Any]):
-    """Attributes that are read when they are first asked for, by functions of these names, and then kept."""
+class LazyAttributes(UserDict[str, Any]):
+    """Attributes by name; a value that is a function is called at the first access, and its result is kept."""
 
     def __getitem__(self, name: str) -> Array:
         if callable(read := self.data[name]):
@@ -262,7 +261,7 @@ class ReadWhenAsked(UserDict[str, Any]):
 
 
 class View:
-    """A mesh as the `Layer` that a filter reads, with the other layers, which `find` gives by their ids."""
+    """A mesh as the `Layer` that a filter reads; `find` returns other layers by their ids."""
 
     def __init__(self, mesh: MeshData, find: Callable[[int], MeshData]) -> None:
         self._mesh, self._find = mesh, find
@@ -271,12 +270,12 @@ class View:
         return getattr(self._mesh, name)
 
     def other(self, mesh_id: int) -> Any:
-        """Another layer."""
+        """Returns another layer."""
         return View(self._find(mesh_id), self._find)
 
 
 def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
-    """(height, width, 3) the pixels of a texture, from the top; None if it is no image that can be read."""
+    """Returns (height, width, 3) pixels of a texture, from the top; None if no image can be read."""
     from PIL import Image, UnidentifiedImageError
 
     if texture.image is None:
@@ -289,7 +288,7 @@ def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
 
 
 def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
-    """(k, 3) the nearest pixels to (k, 2) texture coordinates, from 0 to 1; the image repeats itself, NaN counts as 0."""
+    """Returns (k, 3) colours from 0 to 1 of the pixels nearest to (k, 2) texture coordinates; images repeat, NaN counts as 0."""
     height, width = pixels.shape[:2]
     u, v = np.nan_to_num(uv).T
     column = np.minimum((u % 1.0 * width).astype(np.intp), width - 1)
@@ -297,8 +296,8 @@ def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
     return np.asarray(pixels[row, column] / 255.0)
 
 
-def numbered(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
-    """The elements of the source that so many elements are, also where they are all there in their order."""
+def source_ids(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+    """Returns the indices in the source of `count` elements; None stands for all in their order."""
     return np.arange(count) if ids is None else ids
 
 

@@ -1,1 +1,1 @@
-"""Facts about MeshLab: its filters, their former names, and those with another result each time; in files of JSON."""
+"""Loads pymeshlab and calls its filters; holds facts about the filters, their former names and repeatability in JSON."""

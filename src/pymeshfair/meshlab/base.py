@@ -1,6 +1,6 @@
-"""Pymeshlab's own class of mesh sets, the lock under which threads call it, its reset after a filter has failed, and the errors.
+"""pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-Imported with `pymeshfair.MeshSet`, since a program may put that in the place of pymeshlab's. Errors are ours and pymeshlab's.
+It is imported with `pymeshfair.MeshSet`, before a program can replace `pymeshlab.MeshSet` by it. Errors are ours and pymeshlab's.
 """
 
 import threading
@@ -15,14 +15,14 @@ from pymeshlab import PyMeshLabException
 from ..errors import MeshError, ParameterError, PymeshfairError, StepFailedError, UnknownNameError
 
 BASE: Any = pymeshlab.MeshSet
-#: MeshLab's filters, readers and writers share state of the process: one thread at a time may be within them
+#: MeshLab's filters, readers and writers share global state, so only one thread at a time may run them
 MESHLAB = threading.RLock()
 #: mesh sets that MeshLab still holds pointers to
 _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
-    """Apply a filter of that name to a mesh set without adding it to MeshLab's own script; what it reports."""
+    """Applies a filter to a mesh set without adding it to MeshLab's own script; returns its report."""
     with MESHLAB:
         try:
             result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
@@ -34,10 +34,10 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 
 
 def after_failure(meshset: Any, *, verbose: bool) -> None:
-    """Make MeshLab let go of the mesh set in which a filter has just failed.
+    """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
-    It keeps a pointer to the log of that mesh set until a filter succeeds, and writes its next message there, although it may be
-    gone; so a filter is applied to a mesh set of our own. A verbose one has given its log to a plugin for good: it is kept.
+    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even after it is freed. So a filter runs on
+    a mesh set of our own. A plugin never drops the log of a verbose mesh set, so such a mesh set is never freed.
     """
     keeper = _keeper()
     keeper.apply_filter("set_selection_none")
@@ -48,7 +48,7 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
 
 @cache
 def _keeper() -> Any:
-    """A mesh set that is kept as long as the process runs."""
+    """Returns a mesh set that lives as long as the process."""
     keeper = BASE()
     keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
     return keeper
@@ -75,7 +75,7 @@ class ScriptStepFailedError(StepFailedError, FilterFailedError):
 
 
 def reason(error: Exception) -> str:
-    """The cause of an error, as the end of a sentence; an unexpected error is named by its class."""
+    """Returns the message of an error; for an unexpected error, also its class."""
     foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
     return str(error) if foreseen else f"{type(error).__name__}: {error}"
 

@@ -1,4 +1,4 @@
-"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set; converts values from and to declared ones."""
+"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set; converts values between both libraries."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,18 +12,18 @@ from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Par
 from ..errors import ParameterError, UnknownNameError
 from .base import BASE, MESHLAB, FilterParameterError, UnknownFilterError, apply_filter
 
-#: gives the current layer
+#: returns the current layer
 _Current: TypeAlias = Callable[[], Layer]
 
 
 class BuiltinFilters:
-    """MeshLab's filters on one mesh set, of which `current` gives the current layer; `verbose` if it reports on stderr."""
+    """MeshLab's filters on one mesh set; `current` returns its current layer, `verbose` says whether it reports on stderr."""
 
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Apply the filter; its report. Absent values are MeshLab's defaults."""
+        """Applies the filter, and returns its report. Absent values are MeshLab's defaults."""
         converted = self._for_meshlab(declared, values)
         try:
             return self.call(declared.python_name, converted)
@@ -35,16 +35,16 @@ class BuiltinFilters:
             raise
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Call pymeshlab's filter of that name; its report."""
+        """Calls pymeshlab's filter of that name, and returns its report."""
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
-        """All values that pymeshlab's filter of that name would run with on the current layer."""
+        """Returns all values that pymeshlab's filter of that name would run with on the current layer."""
         with MESHLAB:
             return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, as declared; relative lengths stay so, the caller's numbers keep digits.
+        """Returns the declared values that the filter would run with; relative lengths stay relative, numbers keep their digits.
 
         Values that no script can have (a camera, a number that is not finite) are absent.
         """
@@ -62,18 +62,18 @@ class BuiltinFilters:
         return effective
 
     def values(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that the filter would run with, as pymeshlab has them: lengths in mesh units."""
+        """Returns the values that the filter would run with, in pymeshlab's form: lengths in mesh units."""
         return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """As `effective`, with lengths in mesh units."""
+        """Returns the values of `effective`, with lengths in mesh units."""
         effective = self.effective(declared, values)
         lengths = {name: value for name, value in effective.items() if isinstance(value, Length)}
         resolved = self.values(declared, lengths) if lengths else {}
         return {name: resolved[name] if name in lengths else value for name, value in effective.items()}
 
     def _for_meshlab(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values as pymeshlab takes them: lengths, and colours, points and matrices as tuples, in its classes."""
+        """Converts values for pymeshlab: lengths, and tuples of colours, points and matrices, to its classes."""
         layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:
@@ -96,14 +96,14 @@ class BuiltinFilters:
         return value
 
     def _is_of_diagonal(self, declared: Filter, parameter: Parameter, layer: _Current) -> bool:
-        """Whether MeshLab's percentages of this parameter are of the diagonal; those of a few are of something else."""
+        """Whether MeshLab's percentages of this parameter refer to the diagonal; a few refer to another length."""
         zero, hundred = (
             self.ask(declared.python_name, **{parameter.name: pymeshlab.PercentageValue(p)})[parameter.name] for p in (0, 100)
         )
         return zero == 0.0 and math.isclose(hundred, layer().diagonal, rel_tol=1e-6)
 
     def _from_meshlab(self, declared: Filter, parameter: Parameter, used: Any, typed: Any, layer: _Current) -> Any:
-        """A value that MeshLab used, as declared; `typed` is that of the caller, or None."""
+        """Converts a value that MeshLab used to a declared one; `typed` is the value of the caller, or None."""
         if isinstance(parameter, Percentage):
             return parameter.check(self._length(declared, parameter, used, typed, layer))
         if isinstance(parameter, Enum):
@@ -119,7 +119,7 @@ class BuiltinFilters:
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """The length that a filter used: relative where the caller typed it so, or typed none and the default is relative."""
+        """Returns the length that a filter used: relative if the typed value, or without one the default, is relative."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length
@@ -137,7 +137,7 @@ class BuiltinFilters:
 
 
 def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values, checked as declared: of a plugin's filter the only check before its function."""
+    """Returns the values after the checks of the declaration; a plugin's filter has no other check."""
     lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
     try:
         return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
@@ -148,7 +148,7 @@ def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_length(value: Any) -> Any:
-    """A length in pymeshlab's classes, which have single precision, or as text as a `Length`; all else, and "auto", as it is."""
+    """Converts text, or a length of pymeshlab (single precision), to a `Length`; returns "auto" and all else unchanged."""
     if isinstance(value, pymeshlab.PercentageValue):
         return Length(_shortest(value.value()), "percent")
     if isinstance(value, pymeshlab.PureValue):
@@ -157,10 +157,10 @@ def as_length(value: Any) -> Any:
 
 
 def _shortest(single: float) -> float:
-    """The number with the fewest digits that is the same one in single precision."""
+    """Returns the number with the fewest digits that is equal in single precision."""
     return float(str(np.float32(single)))
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """The defaults of MeshLab's filter that are the same on every mesh; some filters would take the values of their last use."""
+    """Returns the defaults that are the same on every mesh; without them some filters would take the values of their last use."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}

@@ -1,6 +1,6 @@
-"""Facts about MeshLab's filters: those of today in ``filters.json``, what older versions had in ``former_filters.json``.
+"""Facts about MeshLab's filters: today's in ``filters.json``, those of older versions in ``former_filters.json``.
 
-The first, of names, kinds, defaults, bounds and choices, is made by ``tools/meshlab_table.py``, and names its pymeshlab.
+``tools/meshlab_table.py`` generates the first: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement,
 
 @functools.cache
 def meshlab_filters() -> tuple[Filter, ...]:
-    """MeshLab's filters by their Python names. Defaults and bounds are None where it computes them for the mesh at hand.
+    """Returns MeshLab's filters. Defaults and bounds are None if MeshLab computes them from the mesh.
 
-    Bounds of whole numbers are ours: MeshLab has none, and hangs or dies on a negative count.
+    Bounds of whole numbers are ours: MeshLab has none, and hangs or crashes on a negative count.
     """
     return tuple(_filter(*row) for row in table("filters")["filters"])
 
 
 def table_version() -> str:
-    """The version of pymeshlab that the table describes."""
+    """Returns the version of pymeshlab that the table describes."""
     return str(table("filters")["version"])
 
 
 def differences_from_installed() -> list[str]:
-    """One sentence for each name of a filter that pymeshlab or the table lacks, and for each filter whose parameters differ."""
+    """Returns a sentence for each filter that pymeshlab or the table lacks, and for each filter whose parameters differ."""
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -50,22 +50,22 @@ def differences_from_installed() -> list[str]:
 
 
 def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
-    """One sentence for each filter, a key, that one of the two lacks."""
+    """Returns a sentence for each filter name, a key, that one of the two mappings lacks."""
     differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
     return differences + [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
 
 
 @functools.cache
 def table(name: str) -> dict[str, Any]:
-    """The facts of that name in this folder."""
+    """Reads the JSON file of that name in this folder."""
     facts: dict[str, Any] = json.loads(importlib.resources.files(__package__).joinpath(f"{name}.json").read_text("utf-8"))
     return facts
 
 
-def _filter(own: str, name: str, classes: int, requires: int, changes: int, arity: int, parameters: list[list[Any]]) -> Filter:
+def _filter(method: str, name: str, classes: int, requires: int, changes: int, arity: int, parameters: list[list[Any]]) -> Filter:
     kinds: dict[str, Any] = {"classes": FilterClass(classes), "requires": MeshElement(requires), "changes": MeshElement(changes)}
     return Filter(
-        python_name=own, name=name, **kinds, arity=Arity(arity), parameters=tuple(_parameter(*row) for row in parameters)
+        python_name=method, name=name, **kinds, arity=Arity(arity), parameters=tuple(_parameter(*row) for row in parameters)
     )
 
 
@@ -85,76 +85,76 @@ def _parameter(xml_name: str, kind: str, default: Any, *more: Any) -> Parameter:
 
 
 def python_name(xml_name: str) -> str:
-    """The Python name that pymeshlab derives from MeshLab's name of a parameter: ``lambda`` gives ``lambda_``."""
+    """Returns the Python name that pymeshlab derives from MeshLab's name of a parameter: ``lambda`` gives ``lambda_``."""
     name = re.sub(r"[ /-]", "_", re.sub(r"[().,'\":+]", "", xml_name)).lower()
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
 @dataclass(frozen=True)
 class Former:
-    """Today's form of an old filter, or of the parameters of one that kept its name. Values are texts as scripts have them."""
+    """How to write an old filter, or old parameters of a filter that kept its name, today. Values are texts, as in scripts."""
 
     now: str | None  # MeshLab's name of the filter today; None if it is gone, or became several
-    #: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default
+    #: by a parameter and its value, the name of the filter that it became; an absent value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    idle: bool = False  # it never changed a mesh, so that a step can be left out
+    idle: bool = False  # it never changed a mesh, so its steps can be left out
     invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
-    sets: Mapping[str, str] = field(default_factory=dict)  # values to give, by parameter, unless the script gives one
-    renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by the old
-    #: by old parameter and value (``*`` for any), the values that mean the same today; ``*`` stands for the old value and ``-*``
-    #: for minus the old value
+    sets: Mapping[str, str] = field(default_factory=dict)  # values by parameter, for parameters that the script does not give
+    renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by old name
+    #: by old parameter and value (``*`` for any), the equivalent values today; in these ``*`` stands for the old value and
+    #: ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: parameters that are gone, with the value that does what MeshLab does today; None if no value matters
+    #: removed parameters, with the old value that equals what MeshLab does today; None if every value does
     drops: Mapping[str, str | None] = field(default_factory=dict)
-    #: parameters that are gone and whose work no value does today, with what changes
+    #: removed parameters without an equivalent today, with what changes
     loses: Mapping[str, str] = field(default_factory=dict)
-    relabelled: Sequence[str] = ()  # parameters whose choices have other words today, while their numbers do what they did
-    #: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if its result was
-    #: current in every version
+    relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
+    #: ``"left"`` if the filter once kept the current layer, while its result is the current layer today; ``"current"`` if its
+    #: result was the current layer in every version
     layers: Literal["left", "current", ""] = ""
     note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
 
     def today(self, values: Mapping[str, str]) -> str | None:
-        """MeshLab's name today of a filter with these values, by old parameter; None if it is gone."""
+        """Returns MeshLab's name today of a filter with these values of old parameters; None if it is gone."""
         for parameter, names in self.splits.items():
             return names.get(values.get(parameter, "0").strip())
         return self.now
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
-        """The values that mean today the same as a value of an old parameter; None of a parameter without such a table."""
+        """Returns the equivalent values today of a value of an old parameter; None if `turns` has no entry."""
         cases = self.turns.get(parameter)
         if cases is None:
             return None
-        meant = cases.get(value.strip().lower(), cases.get("*"))
+        equivalents = cases.get(value.strip().lower(), cases.get("*"))
         stands_for = {"*": value, "-*": f"-{value.strip()}".removeprefix("--")}
-        return None if meant is None else {name: stands_for.get(text, text) for name, text in meant.items()}
+        return None if equivalents is None else {name: stands_for.get(text, text) for name, text in equivalents.items()}
 
 
 def former_filter(old: str) -> Former | None:
-    """Today's form of the filter of that old name, in which capitals and blanks do not count; None if it is in no table."""
+    """Returns today's form of an old filter name, ignoring capitals and blanks; None if it is not in the table."""
     return former_filters().get(old) or _by_plain_name().get(_plain(old))
 
 
 def former_parameters(name: str) -> Former:
-    """Today's form of the parameters of a filter, by its name today."""
+    """Returns today's form of the old parameters of a filter, given its name today."""
     return parameter_facts().get(name, Former(now=name))
 
 
 @functools.cache
 def parameter_facts() -> Mapping[str, Former]:
-    """Today's form of parameters, by today's name of their filter."""
+    """Reads today's form of old parameters, by today's name of the filter."""
     return {name: Former(now=name, **entry) for name, entry in table("former_filters")["parameters"].items()}
 
 
 @functools.cache
 def former_filters() -> Mapping[str, Former]:
-    """Today's form of filters, by their old name."""
+    """Reads today's form of filters, by old name."""
     return {name: Former(**entry) for name, entry in table("former_filters")["filters"].items()}
 
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Those that changed more than capital letters and blanks, so that no name of today is among them."""
+    """Maps the plain forms of old names, except those equal to the plain form of the name of today."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

@@ -9,7 +9,7 @@ from functools import cache
 from ..errors import PymeshfairError
 
 _MISSING = re.compile(r"([\w.+-]+\.so[\w.]*): cannot open shared object file")
-#: the commands that install the system libraries that pymeshlab's wheels need and do not carry
+#: the commands that install the system libraries that pymeshlab's wheels need but do not contain
 ADVICE = (
     "pymeshlab needs system libraries that are missing here: `apt install libgl1 libopengl0` (Debian, Ubuntu) "
     "or `dnf install libglvnd-glx libglvnd-opengl` (Fedora) installs them"
@@ -21,14 +21,14 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Import pymeshlab, of which parts, such as that for PLY files, would otherwise be missing without an error."""
+    """Imports pymeshlab; raises an error if the package, or a plugin such as that for PLY files, lacks a system library."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 
 
 @cache
 def _missing_libraries() -> tuple[str, ...]:
-    """The system libraries that pymeshlab, or one of its plugins, complained of as it was imported."""
+    """Returns the system libraries that pymeshlab or its plugins reported missing at import."""
     printed = io.StringIO()  # pymeshlab prints which plugins it cannot load
     try:
         with contextlib.redirect_stdout(printed):

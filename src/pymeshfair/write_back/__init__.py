@@ -1,4 +1,4 @@
-"""Reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it; everything else leaves meshes in MeshLab alone."""
+"""Reads a pymeshlab mesh as a `Layer`, and writes an `Edit` back into it in place."""
 
 from .attributes import custom_attributes, without_helpers
 from .workbench import Workbench

@@ -1,10 +1,9 @@
-"""Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
+"""Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
-pymeshlab can add a custom attribute, but neither change nor remove one, and it does not free the memory of one with its mesh
-(8 bytes a number). So a layer gets at most `MOST` of them; after that they are overwritten by way of the vertex normals, which is
-slower. The vertices are laid out on a line, vertex i at (i, 0, 0). A helper cloud with its points in the same places then hands
-its normals over point by point ("transfer attributes" takes the nearest point and copies its normal as it is), and MeshLab's
-expressions copy normals to attributes. In the end coordinates and normals are put back. All of it is exact to the bit.
+pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
+helper attributes. After that they are overwritten through the vertex normals, which is slower. Vertex i moves to (i, 0, 0). A
+helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
+and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
 Point attributes are never used: MeshLab reads freed memory for them.
 """
@@ -28,28 +27,28 @@ from .workbench import Workbench, read_array
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
-#: every helper attribute's name begins with this
+#: prefix of the names of helper attributes
 PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
 #: the helper attributes that hold normals while others are overwritten
 _SPARE = tuple(f"{PREFIX}{i}" for i in range(3))
 _AXES = ("nx", "ny", "nz")
-#: MeshLab's names of custom attributes as parameters of saving begin with these
+#: prefixes of custom attributes among MeshLab's parameters for saving a file
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
-#: Names that can stand in an expression, apart from constants of muParser and the variables of MeshLab that a write-back uses.
+#: Valid names in expressions, and names taken by constants of muParser or by variables of MeshLab that a write-back uses.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
+#: Most spellings of each kind that are tried, ten microseconds each; enough for all capitals in a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """The names of helper attributes of the current layer with these arrays of one number each; kept until the next call."""
+    """Stores arrays in helper attributes of the current layer, one number an element; returns names valid until the next call."""
     if has_room(bench, element, len(arrays)):
         fresh = _names(_count_helpers(bench, element), len(arrays))
         for name, values in zip(fresh, arrays, strict=True):
@@ -68,7 +67,7 @@ def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Flo
 
 
 def has_room(bench: Workbench, element: Element, count: int) -> bool:
-    """Whether the current layer may get that many more helper attributes."""
+    """Whether the current layer may get `count` more helper attributes."""
     return _count_helpers(bench, element) + count <= MOST
 
 
@@ -81,7 +80,7 @@ def _names(start: int, count: int) -> list[str]:
 
 
 def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
-    """The parameters of saving a file without those that stand for helper attributes."""
+    """Returns the parameters for saving a file without those of helper attributes."""
     ours = tuple(prefix + PREFIX for prefix in SAVED_AS.values())
     return {name: value for name, value in parameters.items() if not name.startswith(ours)}
 
@@ -90,7 +89,7 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
-    """Set the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
+    """Sets the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
     with _on_a_line(bench, mesh) as line:
         for first in range(0, len(arrays), 3):
             line.send(arrays[first : first + 3])
@@ -98,10 +97,9 @@ def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: 
 
 
 def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
-    """Set the face attributes `names` of the current layer to the arrays.
+    """Sets the face attributes `names` of the current layer to the arrays.
 
-    A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
-    faces, until all have been served.
+    A face reads its numbers at a corner: in each round every vertex carries the index and two numbers of one of its faces.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]
@@ -113,43 +111,43 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
             _compute(bench, "face", {name: "0" for name, _ in pair})
             for carried in _rounds(faces, line.length):
                 line.send([carried, *(values[carried] for _, values in pair)])
-                found = {
+                expressions = {
                     n: f"nx0==fi?{a}0:(nx1==fi?{a}1:(nx2==fi?{a}2:{n}))" for (n, _), a in zip(pair, ("ny", "nz"), strict=False)
                 }
-                _compute(bench, "face", found)
+                _compute(bench, "face", expressions)
     if line.face_normals is not None:
         x, y, z = _SPARE
         bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
 
 
 def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
-    """For each round which face each vertex carries, -1 for none; in all of them every face is carried by one of its corners."""
+    """Yields for each round the face that each vertex carries, -1 for none, until a corner has carried every face."""
     waiting: NDArray[np.intp] = np.arange(len(faces))
     while len(waiting):
         carried = np.full(vertices, -1, dtype=np.intp)
         for corner in range(3):
             at = faces[waiting, corner]
             free = carried[at] < 0
-            carried[at[free]] = waiting[free]  # of several faces at one vertex the last stays
+            carried[at[free]] = waiting[free]  # the last of several faces at a vertex wins
             waiting = waiting[carried[at] != waiting]
         yield carried
 
 
 def _compute(bench: Workbench, element: Element, expressions: dict[str, str]) -> None:
-    """Set attributes of the current layer to expressions."""
+    """Sets attributes of the current layer to expressions."""
     for name, expression in expressions.items():
         bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=expression)
 
 
 def move_points(bench: Workbench, mesh: Any, points: Floats) -> None:
-    """Give the vertices of the current layer, which has no faces, new places and leave their normals alone."""
+    """Moves the vertices of the current layer, which has no faces, and keeps their normals."""
     with _on_a_line(bench, mesh) as line:
         line.points = points
 
 
 @contextmanager
 def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
-    """The vertices of the current layer on a line for as long as the context lasts, however it ends; uses up `_SPARE`."""
+    """Keeps the vertices of the current layer on a line while the context is open, then restores them; overwrites `_SPARE`."""
     line = _Line(bench, mesh)
     try:
         bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
@@ -160,37 +158,37 @@ def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
 
 
 class _Line:
-    """The vertices of a layer, to be laid out on a line and put back."""
+    """The vertices of a layer that move to a line and back."""
 
     def __init__(self, bench: Workbench, mesh: Any) -> None:
         self._bench, self._id = bench, int(mesh.id())
-        #: where the vertices were, and where they will be put
+        #: where the vertices were, and where `put_back` moves them
         self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
         self.length = len(self.points)
-        #: those of the faces if putting back loses them, because they do not follow from the geometry
+        #: normals of the faces, if they differ from those of the geometry and `put_back` would lose them
         self.face_normals: Floats | None = None
         if mesh.face_number():
             before = read_array(mesh, "face_normals")
             bench.apply("compute_coord_by_function", x="x", y="y", z="z")
             self.face_normals = None if np.array_equal(read_array(mesh, "face_normals"), before) else before
-        # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
+        # One point more than vertices: MeshLab's search does not end in the empty box around a single point.
         self.places = np.eye(1, 3) * np.arange(self.length + 1.0)[:, None]
 
     def send(self, columns: Sequence[NDArray[Any]]) -> None:
-        """Set the normals of the vertices to these numbers, at most three each."""
+        """Writes at most three columns of numbers into the normals of the vertices."""
         normals = np.zeros((self.length + 1, 3))
         for axis, values in enumerate(columns):
             normals[:-1, axis] = values
         cloud = pymeshlab.Mesh(vertex_matrix=self.places, v_normals_matrix=normals)
-        which: dict[str, Any] = {
+        parameters: dict[str, Any] = {
             f"{kind}transfer": kind == "normal" for kind in ("geom", "normal", "color", "quality", "selection")
         }
         with self._bench.helper_layer(cloud) as helper:
-            which |= {"sourcemesh": helper, "targetmesh": self._id, "upperbound": pymeshlab.PureValue(0.5)}
-            self._bench.apply("transfer_attributes_per_vertex", **which)
+            parameters |= {"sourcemesh": helper, "targetmesh": self._id, "upperbound": pymeshlab.PureValue(0.5)}
+            self._bench.apply("transfer_attributes_per_vertex", **parameters)
 
     def put_back(self) -> None:
-        """Give the vertices their places and normals again."""
+        """Restores the coordinates and normals of the vertices."""
         self.send(list(self._normals.T))
         _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
         self.send(list(self.points.T))
@@ -198,18 +196,18 @@ class _Line:
             self._bench.apply(filter_name, **dict(zip("xyz", columns, strict=True)))
 
 
-# --------------------------------------------------------------------------------------------------- the attributes of others
+# --------------------------------------------------------------------------------------------------- custom attributes of users
 
 
 def saved_attributes(meshset: Any, prefix: str) -> list[str]:
-    """The custom attributes of the current layer of one kind; MeshLab lists them as parameters of saving a PLY file."""
+    """Lists the custom attributes of one kind in the current layer; MeshLab has them as parameters for saving a PLY file."""
     offered = BASE.filter_parameter_values(meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
 def check_names(bench: Workbench, mesh: Any) -> None:
-    """Raise `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
-    for element, listed, points, name in _own(bench, mesh):
+    """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
+    for element, listed, points, name in _user_attributes(bench, mesh):
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             raise MeshError(
                 f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
@@ -219,7 +217,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Set the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
+    """Sets the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
 
     The layer has passed `check_names`.
     """
@@ -235,14 +233,14 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
 
 
 def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
-    """The custom attributes of the current layer, `mesh`, with their names and values: (n,) or, of points, (n, 3)."""
-    for element, _, points, name in _own(bench, mesh):
+    """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points."""
+    for element, _, points, name in _user_attributes(bench, mesh):
         if name is not None:
             yield element, name, _reader(mesh, element, points=points)(name)
 
 
-def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
-    """Custom attributes except helpers: element, name as MeshLab lists it, whether its values are points, exact name or None."""
+def _user_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+    """Yields custom attributes except helpers: element, name in MeshLab's list, whether values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
             for listed in saved_attributes(bench.meshset, prefixes[element]):
@@ -257,7 +255,7 @@ def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Flo
 
 
 def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
-    """The exact name of an attribute that MeshLab lists in lower case with _ for blanks and hyphens; None if no spelling fits."""
+    """Finds the exact name of an attribute, which MeshLab lists in lower case with _ for blanks and hyphens; None if unknown."""
     for name in _spellings(listed):
         try:
             read(name)
@@ -268,7 +266,7 @@ def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
 
 
 def _spellings(listed: str) -> Iterator[str]:
-    """Names that MeshLab would list so: words with capitals first, then few capitals anywhere, then other separators."""
+    """Yields names that MeshLab would list alike: capitals at word starts, then few capitals anywhere, then other separators."""
     words = [(word, word.capitalize(), word.upper()) for word in listed.split("_")]
     letters = [place for place, letter in enumerate(listed) if letter != letter.upper()]
     capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))

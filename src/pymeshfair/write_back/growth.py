@@ -1,9 +1,9 @@
-"""Adds vertices and faces to a mesh in place, by several filters of MeshLab in turn, as no single one does it.
+"""Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters, since no single filter does it.
 
-Subdivision makes vertices and faces in place, and merging vertices that coincide gives faces any vertices. So one face, the seed,
-is cut out and subdivided until there are enough faces; these are cut apart; every vertex is sent to (i, 0, 0), where i is the
-vertex that it is to be, and those at the same place become one, of which the first stays. Everything of the mesh stays: its id,
-the order of its elements, attributes of every kind. What is left over is sent to vertex 0, and its faces vanish there.
+Subdivision makes vertices and faces, and merging coincident vertices connects faces to any vertices. So one face, the seed, is
+cut out and subdivided until there are enough faces. These are cut apart. Each vertex moves to (i, 0, 0), where i is the index of
+the vertex that it becomes, and coincident vertices are merged into the first of them. Surplus vertices move to vertex 0, where
+their faces vanish. The mesh keeps its id, the order of its elements and all its attributes.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ from .workbench import Workbench, check_taken, read_array
 
 
 def check_growable(mesh: Any) -> None:
-    """Raise `MeshError` if nothing can be added to the mesh without changing what is there."""
+    """Raises `MeshError` if nothing can be added to the mesh without changing what is there."""
     faces, edges = read_array(mesh, "faces"), np.sort(read_array(mesh, "edges"), axis=1)
     twice = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     if twice.any():
@@ -33,18 +33,18 @@ def check_growable(mesh: Any) -> None:
 
 
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
-    """Add vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
+    """Adds vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
 
-    Vertex i is at (i, 0, 0) afterwards, and the selection of faces is lost: both are for the caller to set. Texture
-    coordinates of the seed change; new faces have its texture. `vertices` is how many to add, `may_seed` are the faces that may
-    serve as the seed, at least one. Gives the seed, and whether the mesh, one of polygons alone, has become one of triangles.
+    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
+    change; new faces have its texture. `vertices` is the number to add, `may_seed` the mask of possible seeds, at least one.
+    Returns the seed, and whether a mesh of polygons alone was triangulated.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
     seed, triangulated = _seed(bench, mesh, may_seed)
     _cut_out(bench, f"fi=={seed}?1:0")
-    meant = np.arange(mesh.vertex_number())
-    meant[read_array(mesh, "faces")] = old_faces
+    index_after_cut = np.arange(mesh.vertex_number())
+    index_after_cut[read_array(mesh, "faces")] = old_faces
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi=={seed}")
     how = {"iterations": _subdivisions(vertices, len(added_faces)), "threshold": pymeshlab.PureValue(0.0)}
     bench.apply("meshing_surface_subdivision_midpoint", **how, selected=True)
@@ -53,11 +53,11 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     faces = read_array(mesh, "faces")
 
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
-    target[: len(meant)] = meant
+    target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # The vertices made by subdivision come before those made by cutting, so they are the ones that stay, in order.
-    divided = np.setdiff1d(np.arange(len(meant), first_cut), faces[seed])
-    # One of a face at most: with two of them a face that is left over would not vanish.
+    # Vertices made by subdivision precede those made by cutting, so they survive the merging, in order.
+    divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
+    # At most one of each face: with two of them a surplus face would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     owner[faces] = np.arange(len(faces))[:, None]
     divided = divided[np.sort(np.unique(owner[divided], return_index=True)[1])]
@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undo `grow` on the current layer, however far it has come, but for what `grow` leaves to its caller."""
+    """Undoes a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -87,8 +87,8 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
-    """A face that is a polygon by itself, preferably, and whether the mesh has lost its polygons because there is none."""
-    # Every edge has a length now, so edges within polygons make a difference. A list of polygons takes far more memory.
+    """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
+    # All edges have a length now, so edges within polygons change the total. A list of polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
@@ -102,24 +102,23 @@ def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
 
 
 def _cut_out(bench: Workbench, mark: str) -> None:
-    """Cut the mesh where the mark of a face, an expression, differs from that of its neighbour."""
+    """Cuts the mesh between neighbouring faces with different values of the expression `mark`."""
     bench.apply("compute_normal_by_function_per_face", x=mark, y="0", z="0")
     bench.apply("meshing_vertex_attribute_seam", normalmode="Face", colormode="None", texcoordmode="None")
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """The number of subdivisions of a triangle that give so many vertices, and so many faces that keep none when cut apart."""
+    """Returns how often to subdivide a triangle for so many vertices, and so many faces that keep no vertex after the cut."""
     times = 1
     while True:
         side = 2**times
-        made = (side + 1) * (side + 2) // 2
-        # Three vertices are corners of the seed, three more may stay with it; of the others each stays with one face, which may
-        # keep three.
-        if made - 6 >= 3 * vertices and side * side - made > faces:
+        vertices_made = (side + 1) * (side + 2) // 2
+        # The seed has three vertices as corners and may keep three more; each other face may keep three.
+        if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
 
 
 def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
-    """Move vertex i to (target[i], 0, 0)."""
+    """Moves vertex i to (target[i], 0, 0)."""
     bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

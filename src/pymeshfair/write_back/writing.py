@@ -1,6 +1,6 @@
 """Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly, and changes nothing else.
 
-A layer is put back as it was when adding elements to it fails or is interrupted.
+If adding elements to a layer fails or is interrupted, the layer is restored.
 """
 
 import tempfile
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, NewLayer
 from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
-from ..mesh_data.apply_edit import check_deletable, faces_that_give, removes, with_additions
+from ..mesh_data.apply_edit import check_deletable, removes, texture_donors, with_additions
 from ..meshlab.base import BASE
 from .attributes import ELEMENTS, Element, bring_in, check_names, clear_beyond, has_room, move_points
 from .growth import check_growable, grow, shrink
@@ -28,13 +28,13 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
 @contextmanager
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
-    """The current layer without its matrix; if the context ends with any exception, the layer becomes what it was.
+    """Removes the matrix of the current layer while the context is open; if that ends with an exception, restores the layer.
 
-    What is deleted within the context does not come back. Three things MeshLab cannot take away again: scalars and colours of
-    faces, and texture coordinates of vertices, that the mesh did not have; nor does it make polygons of triangles.
+    Deleted elements are not restored. MeshLab cannot remove new scalars and colours of faces and new texture coordinates of
+    vertices, and cannot make polygons of triangles again.
 
     Raises:
-        MeshError: something failed, and something else could not be put back.
+        MeshError: the context failed, and a part of the layer could not be restored.
     """
     layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
     matrix, before = mesh.transform_matrix(), None
@@ -44,7 +44,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
             yield
     except BaseException as error:
         for layer in [layer.id() for layer in BASE.__iter__(bench.meshset)]:
-            if layer not in layers:  # a helper layer that an interruption has left
+            if layer not in layers:  # a helper layer left by an interruption
                 BASE.set_current_mesh(bench.meshset, layer)
                 bench.apply("delete_current_mesh")
                 bench.helper_ids[:] = sorted({*bench.helper_ids, layer})
@@ -60,7 +60,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
 
 
 class _Before:
-    """The arrays of a layer without a matrix that an addition changes."""
+    """Copies of the arrays that adding elements changes; the layer has no matrix."""
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
@@ -70,7 +70,7 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restore the current layer; the losses, in words."""
+        """Restores the current layer; returns the names of what is lost."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -84,7 +84,7 @@ class _Before:
             restore("texture coordinates", self._put_back_wedges)
         if not lost and self._uv is not None:
             restore("texture coordinates of vertices", write_vertex_uv, self._uv)
-        # Normals come last: they change with the coordinates. Helper attributes may use up the selection on their way in.
+        # Coordinates change normals, so normals come later. Helper attributes may change selections, so selections are last.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
@@ -101,12 +101,12 @@ class _Before:
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
-    """Apply an edit, which has been checked (`checked_edit`), to the current layer; sentences about losses, for the user.
+    """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
-    Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
-    any filter of MeshLab. New layers come last and the first becomes the current one.
+    Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
+    after any filter of MeshLab. New layers come last, and the first of them becomes the current layer.
 
-    If adding elements fails or is interrupted, the mesh is put back (`undone_on_failure`); an interrupted deletion is not.
+    If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
     mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
@@ -122,7 +122,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
                 with bench.matrix_aside(mesh):
                     write_values(bench, mesh, edit)
             _delete(bench, mesh, edit)
-        except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
+        except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab raises either if a filter fails
             check_names(bench, mesh)
             raise MeshError(f"MeshLab could not take the result: {error}") from error
     for index, layer in enumerate(edit.new_layers):
@@ -166,42 +166,41 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
-    """Add the edit's vertices and faces to the current layer, which has faces and no matrix.
+    """Adds the edit's vertices and faces to the current layer, which has faces and no matrix.
 
-    Gives an edit of the larger mesh with everything that remains to be written, such as coordinates and selection, and sentences
-    about losses.
+    Returns an edit of the larger mesh with what remains to be written, such as coordinates, and sentences about losses.
     """
     check_growable(mesh)
     check_names(bench, mesh)
     before = _as_data(mesh)
     n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
-    may_give = _textured(bench, mesh, before, edit.added_faces)
-    made = with_additions(before, edit, may_give)
-    remaining: dict[str, Any] = {"vertices": made.vertices, "added_vertices": None, "added_faces": None}
-    for element, attributes in zip(ELEMENTS, (made.vertex_attributes, made.face_attributes), strict=True):
+    may_donate = _textured(bench, mesh, before, edit.added_faces)
+    enlarged = with_additions(before, edit, may_donate)
+    remaining: dict[str, Any] = {"vertices": enlarged.vertices, "added_vertices": None, "added_faces": None}
+    for element, attributes in zip(ELEMENTS, (enlarged.vertex_attributes, enlarged.face_attributes), strict=True):
         for name in ("selection", "scalars", "colors"):
             if name in attributes and getattr(edit, f"{element}_{name}") is None:
                 remaining[f"{element}_{name}"] = attributes[name] / 255.0 if name == "colors" else attributes[name]
 
-    seed, triangulated = grow(bench, mesh, len(made.vertices) - n, made.faces[len(faces) :], may_give)
+    seed, triangulated = grow(bench, mesh, len(enlarged.vertices) - n, enlarged.faces[len(faces) :], may_donate)
     clear_beyond(bench, mesh, "vertex", n)
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        write_wedge_uv(bench, mesh, wedges, made.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
-    if (uv := made.vertex_attributes.get("texture_coordinates")) is not None:
+        write_wedge_uv(bench, mesh, wedges, enlarged.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
+    if (uv := enlarged.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
     notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
     return replace(edit, **remaining), notes
 
 
 def _as_data(mesh: Any) -> MeshData:
-    """The attributes that are continued into added elements."""
+    """Reads the layer with the attributes that added elements continue."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
     if (wedges := wedges_of(mesh)) is not None:
         of["face"]["wedge_texture_coordinates"] = wedges
-        # MeshLab gives its vertices texture coordinates on the way.
+        # MeshLab also gives vertices texture coordinates during `grow`.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
@@ -211,20 +210,22 @@ def _as_data(mesh: Any) -> MeshData:
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """(m,) the faces with the texture that most vertices of the rim have (`faces_that_give`)."""
+    """Returns (m,) the faces with the most frequent texture of the rim (`texture_donors`)."""
     if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
-        return faces_that_give(before, added_faces)
-    numbers = np.full(len(before.faces), -1, np.int32)
+        return texture_donors(before, added_faces)
+    texture_indices = np.full(len(before.faces), -1, np.int32)
     for index in range(mesh.texture_number()):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
-        numbers[read_array(mesh, "face_selection")] = index
+        texture_indices[read_array(mesh, "face_selection")] = index
     wedges = before.face_attributes["wedge_texture_coordinates"]
-    wedges = np.where(numbers[:, None, None] < 0, np.nan, wedges)  # faces without an image give none
-    return faces_that_give(before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": numbers}), added_faces)
+    wedges = np.where(texture_indices[:, None, None] < 0, np.nan, wedges)  # faces without an image are no donors
+    return texture_donors(
+        before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": texture_indices}), added_faces
+    )
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """The image of a mesh with one texture; pymeshlab does not give the indices of several."""
+    """Returns the image of a mesh with one texture; with several, pymeshlab does not give the texture of each face."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
@@ -235,7 +236,7 @@ def _image(mesh: Any) -> tuple[Texture, ...]:
 
 
 def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
-    """Make the texture coordinates of the vertices these, (n, 2)."""
+    """Sets the (n, 2) texture coordinates of the vertices."""
     if np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
         return
     u, v = bring_in(bench, mesh, "vertex", list(uv.T))
@@ -244,14 +245,14 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Give added faces one place of the texture each, and the seed its own again."""
+    """Sets one texture coordinate for each added face, and restores those of the seed."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
     u, v = bring_in(bench, mesh, "face", list(columns.T))
-    own = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
+    seed_uv = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
     expressions = {
-        f"{axis}{corner}": f"fi=={seed}?{float(own[corner, column])!r}:{name}"
+        f"{axis}{corner}": f"fi=={seed}?{float(seed_uv[corner, column])!r}:{name}"
         for corner in range(3)
         for column, (axis, name) in enumerate((("u", u), ("v", v)))
     }
@@ -264,7 +265,7 @@ _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
 
 
 def write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:
-    """Write the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
+    """Writes the edit's scalars, colours, selection, coordinates and normals to the current layer, in this order."""
     for element in ELEMENTS:
         if (scalars := getattr(edit, f"{element}_scalars")) is not None:
             _write_numbers(bench, mesh, element, "scalar", scalars)
@@ -291,12 +292,12 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
         normals = read_array(mesh, "vertex_normals")
         x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
         bench.apply("compute_coord_by_function", x=x, y=y, z=z)
-        _write_numbers(bench, mesh, "vertex", "normal", normals)  # MeshLab normalises them when it moves points
+        _write_numbers(bench, mesh, "vertex", "normal", normals)  # MeshLab normalises normals when it moves points
     verify(mesh, "vertices", vertices)
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
-    """Write "normal"s or "scalar"s of vertices or faces."""
+    """Writes the values of a kind, "normal" or "scalar", to vertices or faces."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
@@ -313,7 +314,7 @@ def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats)
     had = getattr(mesh, f"has_{element}_color")()
     if had and np.array_equal(_channels(mesh, element), channels):
         return
-    # The four bytes travel in one number and are taken apart there; rint(x - 0.49...) is what muParser has for floor(x).
+    # One number holds the four bytes, and expressions split it; muParser has no floor(x), so they use rint(x - 0.49...).
     (name,) = bring_in(bench, mesh, element, [channels @ [1.0, 256.0, 65536.0, 16777216.0]])
     below = [f"rint({name}/{256**k}-0.49999998509883881)" for k in (1, 2, 3)]
     bytes_ = (f"{name}-256*{below[0]}", f"{below[0]}-256*{below[1]}", f"{below[1]}-256*{below[2]}", below[2])
@@ -326,13 +327,13 @@ def _channels(mesh: Any, element: Element) -> Floats:
 
 
 def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
-    """Make the selection of vertices (or faces) of the current layer this one."""
+    """Sets the selection of vertices or faces of the current layer."""
     name = f"{element}_selection"
     if np.array_equal(read_array(mesh, name), selection):
         return
     if selection.all() or not selection.any():
-        alike = "all" if selection.any() else "none"
-        bench.apply(f"set_selection_{alike}", allverts=element == "vertex", allfaces=element == "face")
+        all_or_none = "all" if selection.any() else "none"
+        bench.apply(f"set_selection_{all_or_none}", allverts=element == "vertex", allfaces=element == "face")
     else:
         (attribute,) = bring_in(bench, mesh, element, [selection.astype(np.float64)])
         bench.apply(f"compute_selection_by_condition_per_{element}", condselect=f"{attribute}>0.5")
@@ -340,5 +341,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raise `MeshError` if the mesh does not have this array of `Layer`."""
+    """Raises `MeshError` unless the mesh has exactly this array of `Layer`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")

@@ -70,7 +70,7 @@ ROWS = (
         _changed('"1"', '"0,5"'),
         "'0,5' among the coordinates of object '0,5' is no number; decimals are written with a point",
     ),
-    ("neg.3mf", three_mf(last=-1), "number 3 of the corners of object '1' is -1, which is none of 3"),
+    ("neg.3mf", three_mf(last=-1), "number 3 of the corners of object '1' is -1, which is no index into 3 values"),
     ("float.3mf", three_mf(last=1.5), "number 3 of the corners of object '1' is no whole number"),
     (
         "noobj.3mf",

@@ -85,7 +85,7 @@ ROWS = (
             P + struct.pack("<I3i", 0xFFFFFFF0, 0, 1, 2),
             "binary_little_endian",
         ),
-        "is cut short, or a list in it has a length that cannot be",
+        "is cut short, or a list in it has an impossible length",
     ),
     (
         "largest_index.ply",
@@ -94,7 +94,7 @@ ROWS = (
             P + struct.pack("<B3I", 3, 0, 1, 0xFFFFFFFF),
             "binary_little_endian",
         ),
-        "names a vertex that is none of its 3",
+        "names a vertex that is not among its 3",
     ),
     (
         "line_feed_first.ply",
@@ -110,7 +110,7 @@ ROWS = (
     (
         "wrong_end_first.ply",
         _ply(_VERTEX + _FACE, P + struct.pack(">B3i", 3, 0, 1, 2), "binary_little_endian"),
-        "names a vertex that is none of its 3",
+        "names a vertex that is not among its 3",
     ),
     (
         "open_strips.ply",
@@ -151,7 +151,7 @@ ROWS = (
     ("sparse_in_order.gltf", _sparse(), (3, 1)),
     ("sparse_without_view.gltf", _without_view(), (3, 1)),
     ("sparse_of_words.gltf", _sparse(count="2", indices=None, values=[]), "the count of the changes of accessor 0 is '2'"),
-    ("restart.gltf", doc(buffers__0__uri=_uri(P + struct.pack("<4H", 0, 1, 65535, 0))), "names a vertex that is none of 3"),
+    ("restart.gltf", doc(buffers__0__uri=_uri(P + struct.pack("<4H", 0, 1, 65535, 0))), "names a vertex that is not among its 3"),
     (
         "perspective.gltf",
         doc(nodes__0__matrix=[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
@@ -236,7 +236,7 @@ ROWS = (
     ),
     ("colour_of_the_head.stl", _stl(2, _MAGICS, 0x8000), (3, 2)),
     ("of_meshlab.stl", _stl(2, b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f \x7f\x7f\x7f \x7f\x7f\x7f", 0xFC1F), (3, 2)),
-    ("bits_for_something_else.stl", _stl(2, bits=7), (3, 2, "what stands behind 2 of its facets and is no colour")),
+    ("bits_for_something_else.stl", _stl(2, bits=7), (3, 2, "the data behind 2 of its facets, which is no colour")),
     ("byte_order_mark.stl", "\ufeffsolid a\n" + _FACET + "endsolid\n", (3, 1, "its head 'a'")),
     ("remark_first.stl", "# by hand\nsolid a\n" + _FACET + "endsolid a\n", "it is neither a text that begins with 'solid'"),
     ("coloured_text.stl", "solid a\ncolor 1 0 0\n" + _FACET + "endsolid\n", "its line 2, 'color 1 0 0', is not what comes next"),

@@ -96,7 +96,7 @@ ROWS = (
     (
         "lines.gltf",
         doc(meshes__0__primitives__0__mode=1),
-        "a primitive of its mesh 0 has 3 corners, which are no whole number of 2",
+        "a primitive of its mesh 0 has 3 corners, which is no multiple of 2",
     ),
     (
         "strip.gltf",
@@ -113,20 +113,32 @@ ROWS = (
         doc(meshes__0__primitives__0__mode=99),
         "its mesh 0 has primitives of the unknown mode 99",
     ),
-    ("idx_float.gltf", doc(accessors__1__componentType=5126), "its accessor 1 of corners is of a type that they cannot be"),
-    ("idx_short.gltf", doc(accessors__1__componentType=5122), "its accessor 1 of corners is of a type that they cannot be"),
+    (
+        "idx_float.gltf",
+        doc(accessors__1__componentType=5126),
+        "its accessor 1 of corners has a type that glTF does not allow",
+    ),
+    (
+        "idx_short.gltf",
+        doc(accessors__1__componentType=5122),
+        "its accessor 1 of corners has a type that glTF does not allow",
+    ),
     (
         "idx_count2.gltf",
         doc(accessors__1__count=2),
-        "a primitive of its mesh 0 has 2 corners, which are no whole number of 3",
+        "a primitive of its mesh 0 has 2 corners, which is no multiple of 3",
     ),
     (
         "idx_u8.gltf",
         doc(accessors__1__componentType=5121),
         (3, 1),
     ),
-    ("pos_vec2.gltf", doc(accessors__0__type="VEC2"), "the POSITION of its mesh 0 are of a type that they cannot be"),
-    ("pos_u8.gltf", doc(accessors__0__componentType=5121), "the POSITION of its mesh 0 are of a type that they cannot be"),
+    ("pos_vec2.gltf", doc(accessors__0__type="VEC2"), "the POSITION of its mesh 0 has a type that glTF does not allow"),
+    (
+        "pos_u8.gltf",
+        doc(accessors__0__componentType=5121),
+        "the POSITION of its mesh 0 has a type that glTF does not allow",
+    ),
     ("pos_norm.gltf", doc(accessors__0__normalized=True), (3, 1)),
     (
         "sparse.gltf",
@@ -196,7 +208,7 @@ ROWS = (
     (
         "color_count.gltf",
         doc(meshes__0__primitives__0__attributes={"POSITION": 0, "COLOR_0": 1}),
-        "the COLOR_0 of its mesh 0 are of a type that they cannot be",
+        "the COLOR_0 of its mesh 0 has a type that glTF does not allow",
     ),
     ("morph.gltf", doc(meshes__0__primitives__0__targets=[{"POSITION": 0}]), (3, 1, "morph targets")),
     ("skin.gltf", doc(nodes__0__skin=0), "it refers to number 0 of its 0 skins"),

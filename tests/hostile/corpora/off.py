@@ -17,17 +17,17 @@ ROWS = (
     (
         "face0.off",
         "OFF\n3 2 0\n" + OF + "3 0 1 2\n0\n",
-        "its line 7, '0', is no face: the number of its vertices and as many indices",
+        "its line 7, '0', is no face, which is a number of vertices and as many indices",
     ),
     (
         "face1.off",
         "OFF\n3 2 0\n" + OF + "3 0 1 2\n1 0\n",
-        "its line 7, '1 0', is no face: the number of its vertices and as many indices",
+        "its line 7, '1 0', is no face, which is a number of vertices and as many indices",
     ),
     ("face2.off", "OFF\n3 2 0\n" + OF + "3 0 1 2\n2 0 1\n", (3, 1)),
-    ("negidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 -2\n", "its line 6, '3 0 1 -2', names a vertex that is none of its 3"),
-    ("eqidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 3\n", "its line 6, '3 0 1 3', names a vertex that is none of its 3"),
-    ("fracidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 1.5\n", "its line 6, '3 0 1 1.5', names a vertex that is none of its 3"),
+    ("negidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 -2\n", "its line 6, '3 0 1 -2', names a vertex that is not among its 3"),
+    ("eqidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 3\n", "its line 6, '3 0 1 3', names a vertex that is not among its 3"),
+    ("fracidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 1.5\n", "its line 6, '3 0 1 1.5', names a vertex that is not among its 3"),
     ("rep.off", "OFF\n3 1 0\n" + OF + "3 0 1 1\n", (3, 1)),
     (
         "nan.off",
@@ -72,7 +72,7 @@ ROWS = (
     (
         "face_short.off",
         "OFF\n3 1 0\n" + OF + "4 0 1 2\n",
-        "its line 6, '4 0 1 2', is no face: the number of its vertices and as many indices",
+        "its line 6, '4 0 1 2', is no face, which is a number of vertices and as many indices",
     ),
     (
         "face_long.off",

@@ -59,8 +59,8 @@ ROWS = (
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2.5 3"),
         "line 16, '3 1 2.5 3', has a 'vertex_indices' that is no int",
     ),
-    ("neg_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 -2 3"), "a face of it names a vertex that is none of its 4"),
-    ("oor_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 4"), "a face of it names a vertex that is none of its 4"),
+    ("neg_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 -2 3"), "a face of it names a vertex that is not among its 4"),
+    ("oor_idx.ply", H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 4"), "a face of it names a vertex that is not among its 4"),
     (
         "huge_idx.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 4294967297"),
@@ -113,7 +113,7 @@ ROWS = (
     (
         "binary_decl.ply",
         H.replace("ascii", "binary_little_endian") + V + F + VR + FR,
-        "its element 'face' is cut short, or a list in it has a length that cannot be",
+        "its element 'face' is cut short, or a list in it has an impossible length",
     ),
     (
         "x_twice.ply",
@@ -244,7 +244,7 @@ ROWS = (
     (
         "strips_oor.ply",
         H + V + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" + VR + "4 0 1 2 99\n",
-        "a strip of it names a vertex that is none of its 4",
+        "a strip of it names a vertex that is not among its 4",
     ),
     (
         "range_grid.ply",
@@ -264,7 +264,7 @@ ROWS = (
         + "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
         + VR
         + "1 0\n1 1\n1 2\n1 3\n",
-        "it has a grid of 4 places, but num_cols and num_rows say otherwise",
+        "it has a grid of 4 places, which do not fit num_cols and num_rows",
     ),
     (
         "range_grid_oor.ply",
@@ -274,7 +274,7 @@ ROWS = (
         + "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
         + VR
         + "1 0\n1 1\n1 2\n1 99\n",
-        "a grid of it names a vertex that is none of its 4",
+        "a grid of it names a vertex that is not among its 4",
     ),
     (
         "texnumber_oor.ply",
@@ -304,7 +304,7 @@ ROWS = (
         + VR
         + FR
         + "0 99\n",
-        "its edge 1 ends at a vertex that is none of its 4",
+        "its edge 1 ends at a vertex that is not among its 4",
     ),
     ("header_spaces.ply", (H + V + F).replace(" ", "   ").replace("property", "  property") + VR + FR, (4, 4)),
     ("header_tab.ply", (H + V + F).replace(" ", "\t") + VR + FR, (4, 4)),

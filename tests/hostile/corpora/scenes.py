@@ -17,11 +17,11 @@ def nodes(levels: int) -> str:
 ROWS = (
     ("nan.dae", D(points="nan 0 0 1 0 0 0 1 0"), "number 1 of the array 'a' is not finite"),
     ("inf.dae", D(points="INF 0 0 1 0 0 0 1 0"), "number 1 of the array 'a' is not finite"),
-    ("neg.dae", D(corners="0 1 -1"), "number 3 of the corners of its mesh 'g' is -1, which is none of 3"),
+    ("neg.dae", D(corners="0 1 -1"), "number 3 of the corners of its mesh 'g' is -1, which is no index into 3 values"),
     ("float.dae", D(corners="0 1 1.5"), "number 3 of the corners of its triangles is no whole number"),
     ("count_neg.dae", D(count=-9), "the count of a float_array of it is '-9'"),
     ("count_less.dae", D(count=6), "its array 'a' declares 6 numbers, but has 9"),
-    ("acc_less.dae", D(accessor=2), "number 3 of the corners of its mesh 'g' is 2, which is none of 2"),
+    ("acc_less.dae", D(accessor=2), "number 3 of the corners of its mesh 'g' is 2, which is no index into 2 values"),
     (
         "rep.dae",
         D(corners="0 1 1"),
@@ -107,7 +107,11 @@ ROWS = (
     ("lines.dae", D().replace("triangles", "lines").replace(">0 1 2<", ">0 1<"), (3, 0)),
     ("longtext.dae", D(points="0" * 2000000 + " 0 0 1 0 0 0 1 0"), (3, 1)),
     ("nan.wrl", vrml(points="nan 0 0 1 0 0 0 1 0"), "number 1 of the values of a Coordinate is not finite"),
-    ("neg.wrl", vrml(corners="0 1 -2 -1"), "number 3 of the coordIndex of a 'IndexedFaceSet' is -2, which is none of 3"),
+    (
+        "neg.wrl",
+        vrml(corners="0 1 -2 -1"),
+        "number 3 of the coordIndex of a 'IndexedFaceSet' is -2, which is no index into 3 values",
+    ),
     ("noend.wrl", vrml(corners="0 1 2"), (3, 1)),
     (
         "two.wrl",
@@ -162,12 +166,12 @@ ROWS = (
     (
         "colidx.wrl",
         vrml().replace("coordIndex", "colorIndex [ 99 -1 ] color Color { color [ 1 0 0 ] } coordIndex"),
-        "number 1 of the colorIndex of a 'IndexedFaceSet' is 99, which is none of 1",
+        "number 1 of the colorIndex of a 'IndexedFaceSet' is 99, which is no index into 1 values",
     ),
     (
         "texidx.wrl",
         vrml().replace("coordIndex", "texCoordIndex [ 0 1 99 -1 ] texCoord TextureCoordinate { point [ 0 0 ] } coordIndex"),
-        "number 2 of the texCoordIndex of a 'IndexedFaceSet' is 1, which is none of 1",
+        "number 2 of the texCoordIndex of a 'IndexedFaceSet' is 1, which is no index into 1 values",
     ),
     (
         "colshort.wrl",
@@ -190,7 +194,7 @@ ROWS = (
     ),
     ("manynodes.wrl", "#VRML V2.0 utf8\n" + "Group { }\n" * 200000, "or more than 100,000"),
     ("nan.x3d", x3d(points="nan 0 0 1 0 0 0 1 0"), "number 1 of the values of a Coordinate is not finite"),
-    ("short.x3d", x3d(points="0 0 0 1 0 0 0 1"), "the values of a Coordinate are 8 numbers, which are no whole number of 3"),
+    ("short.x3d", x3d(points="0 0 0 1 0 0 0 1"), "the values of a Coordinate are 8 numbers, which is no multiple of 3"),
     ("noend.x3d", x3d(corners="0 1 2"), (3, 1)),
     (
         "rep.x3d",
@@ -217,7 +221,7 @@ ROWS = (
     (
         "trioor.x3d",
         x3d().replace("IndexedFaceSet", "IndexedTriangleSet").replace('coordIndex="0 1 2 -1"', 'index="0 1 9"'),
-        "number 3 of the index of a 'IndexedTriangleSet' is 9, which is none of 3",
+        "number 3 of the index of a 'IndexedTriangleSet' is 9, which is no index into 3 values",
     ),
     (
         "colidx.x3d",
