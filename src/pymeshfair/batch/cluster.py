@@ -30,9 +30,9 @@ def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Sc
     name = f"pymeshfair-batch-{secrets.token_hex(8)}"
     first_scans = {scan.input.parent: scan.input for scan in reversed(scans)}
     inputs = [*first_scans.values(), *template.others]
-    with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as requirements:
-        check_workers(client, requirements)
-        client.register_plugin(_Plugin(name, pickle.dumps(template), requirements), name=name)
+    with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as worker_conditions:
+        check_workers(client, worker_conditions)
+        client.register_plugin(_Plugin(name, pickle.dumps(template), worker_conditions), name=name)
         try:
             yield OfScheduler(client, name)
         finally:
@@ -72,17 +72,17 @@ class _Plugin(WorkerPlugin):
 
     name: str  # of the batch; the names of its tasks begin with it
     template: bytes  # a pickled `Job`
-    requirements: Conditions
+    worker_conditions: Conditions
     station: Station | None = None
 
     def setup(self, worker: Worker) -> None:
         """Makes the station; dask calls it on every worker. A worker that joins late and is unfit is closed."""
-        if unfit := self.requirements.unfit():
+        if unfit := self.worker_conditions.unfit():
             logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
         pool = pool_of(worker.state.nthreads, rest_after=_IDLE)
-        self.station = Station(pickle.loads(self.template), self.requirements.probe.parent, pool)
+        self.station = Station(pickle.loads(self.template), self.worker_conditions.probe.parent, pool)
 
     def teardown(self, worker: Worker) -> None:
         """Ends the processes; dask calls it when the batch or the worker ends."""

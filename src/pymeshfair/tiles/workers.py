@@ -204,8 +204,8 @@ def open_tasks(
             yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=timeout, check=check)
         return
     with open_client(scheduler) as client:
-        with conditions(job.output.parent, job.recipe, [job.input]) as wanted_conditions:
-            check_workers(client, wanted_conditions)
+        with conditions(job.output.parent, job.recipe, [job.input]) as worker_conditions:
+            check_workers(client, worker_conditions)
 
         def check_scheduler() -> None:
             check()
