@@ -221,7 +221,7 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     formats = CLOUD_FORMATS if is_cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
-            "limits of the result, an intervention map and further layers need the whole mesh; leave them out, or run without --tiles"
+            "limits of the result, an intervention map and further layers need the whole mesh; leave them out, or drop --tiles"
         )
     check_input(job.input, (*formats, "e57") if is_cloud else formats)
     try:
