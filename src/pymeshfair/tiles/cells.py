@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the first cell (or slot) of each tile, and the one after its last
 Ranges: TypeAlias = list[tuple[int, int]]
-#: points of a cell, and the most cells that fit into the memory of a worker: a larger cloud has larger cells
+#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that their index is small
 CELL, MOST_CELLS = 512, 1 << 18
 #: yields (n, 3) coordinates and (n,) numbers, slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
@@ -75,8 +75,8 @@ class Column:
         """Returns the rows of an index array of any shape, through a memory map: for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
-        whole = np.memmap(self.path, self.dtype, "r")
-        return np.array(whole[rows] if self.width == 1 else whole.reshape(-1, self.width)[rows])
+        mapped = np.memmap(self.path, self.dtype, "r")
+        return np.array(mapped[rows] if self.width == 1 else mapped.reshape(-1, self.width)[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,18 +139,18 @@ class Results:
 
     def in_order(self, tiles: Ranges, size: int) -> Iterator[NDArray[Any]]:
         """Yields the values by ascending number, `size` at a time; the tiles have all points, which are numbered from 0."""
-        at, width = [first for first, _ in tiles], self.values.width
-        ahead, count = max(1, size // max(1, len(tiles))), sum(end - first for first, end in tiles)
+        next_row, width = [first for first, _ in tiles], self.values.width
+        chunk, count = max(1, size // max(1, len(tiles))), sum(end - first for first, end in tiles)
         for first in range(0, count, size):
             last, filled = min(first + size, count), 0
             block = np.empty((last - first, width), self.values.dtype)
             for i, (_, end) in enumerate(tiles):
-                here = read = 0
-                while at[i] < end and here == read:
-                    numbers = self.numbers.read(at[i], min(at[i] + ahead, end))
-                    read, here = len(numbers), int(np.searchsorted(numbers, last))
-                    block[numbers[:here] - first] = self.values.read(at[i], at[i] + here).reshape(-1, width)
-                    at[i], filled = at[i] + here, filled + here
+                used = read = 0
+                while next_row[i] < end and used == read:
+                    numbers = self.numbers.read(next_row[i], min(next_row[i] + chunk, end))
+                    read, used = len(numbers), int(np.searchsorted(numbers, last))
+                    block[numbers[:used] - first] = self.values.read(next_row[i], next_row[i] + used).reshape(-1, width)
+                    next_row[i], filled = next_row[i] + used, filled + used
             assert filled == last - first, f"points {first} to {last}: {filled} values"
             yield block if width > 1 else block[:, 0]
 
@@ -239,6 +239,7 @@ def _pivots(sample: Floats, wanted: int) -> tuple[Ints, Floats, int]:
 
 @compiled
 def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
+    """Writes the leaf of each point to `chosen`."""
     for p in range(places.shape[0]):
         node = 1
         while axes[node] >= 0:

@@ -53,10 +53,10 @@ class OutlierTiles(PointTiles):
         tasks.map(self.finish, tiles, part_of(progress, 0.85, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes the standard distances in the cells from `first` to before `last`, and factors without neighbours elsewhere."""
+        """Writes the standard distances of the points of a tile, and the factors of points without neighbours in other tiles."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         row_blocks, slot_blocks = [np.empty(0, np.intp)], [np.empty((0, self.k), np.int64)]
-        for rows, nearest in tile.ask_around(self.most):
+        for rows, nearest in tile.search_around(self.most):
             row_blocks.append(rows)
             slot_blocks.append(nearest.slots)
         rows, factors = np.concatenate(row_blocks), np.zeros(len(tile.slots))
@@ -64,11 +64,11 @@ class OutlierTiles(PointTiles):
             factors = outliers.compare_rows(tile.distances, tile.distances.take(tile.nearest))
         self.distances.write(tile.begin, tile.by_slot(tile.distances))
         self.results.write(tile.begin, tile.numbers, factors)
-        np.savez(self.aside(first), numbers=tile.numbers[rows], distances=tile.distances[rows], slots=np.concatenate(slot_blocks))
+        np.savez(self.saved(first), numbers=tile.numbers[rows], distances=tile.distances[rows], slots=np.concatenate(slot_blocks))
 
     def finish(self, first: int, last: int) -> None:
         """Writes the factors of points with neighbours in other tiles; every tile must have been through `find`."""
-        numbers, distances, slots = self.all_aside([(first, last)], "numbers", "distances", "slots")
+        numbers, distances, slots = self.load_saved([(first, last)], "numbers", "distances", "slots")
         self.amend(first, last, numbers, outliers.compare_rows(distances, self.distances.gather(slots)))
 
 

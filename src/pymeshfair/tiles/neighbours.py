@@ -42,7 +42,7 @@ class TilePoints:
     numbers: Longs  # (n,) in the input
     slots: Longs  # (n,) where the points are stored
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
-    distances: Floats  # (n,) standard distances of the k nearest in the tile; `ask_around` makes them those of the cloud
+    distances: Floats  # (n,) standard distances of the k nearest in the tile; `search_around` makes them those of the cloud
     reaches: Floats  # (n,) squared distances of the farthest of these k
 
     @classmethod
@@ -77,7 +77,7 @@ class TilePoints:
         ordered[self.slots - self.begin] = values
         return ordered
 
-    def ask_around(self, most: int) -> Iterator[tuple[NDArray[np.intp], Nearest]]:
+    def search_around(self, most: int) -> Iterator[tuple[NDArray[np.intp], Nearest]]:
         """Yields rows of points that may have neighbours in other tiles, some at a time, with the nearest in the cloud.
 
         A tile has at most `most` points.
@@ -92,7 +92,7 @@ class TilePoints:
             lists = cells_within(self.points[rows], self.reaches[rows], self.cells.tree, *tile, k, most=_LISTED * most)
             rows = rows[: len(lists[0]) - 1]
             nearest = self._nearest_of(rows)
-            self._look_into(lists, rows, nearest, most)
+            self._update_nearest(lists, rows, nearest, most)
             self.distances[rows], self.reaches[rows] = outliers.standard_distances(nearest.squared), nearest.squared[:, -1]
             yield rows, nearest
             done += len(rows)
@@ -114,7 +114,7 @@ class TilePoints:
             part.numbers[:], part.slots[:] = self.numbers[neighbours], self.slots[neighbours]
         return nearest
 
-    def _look_into(self, lists: tuple[Longs, Ints], rows: NDArray[np.intp], nearest: Nearest, most: int) -> None:
+    def _update_nearest(self, lists: tuple[Longs, Ints], rows: NDArray[np.intp], nearest: Nearest, most: int) -> None:
         """Updates `nearest` of the points in `rows` with nearer points from the cells in `lists`."""
         cells = self.cells
         points, numbers = self.points[rows], self.numbers[rows]
@@ -175,16 +175,16 @@ class PointTiles:
         results[np.searchsorted(self.results.numbers.read(begin, end), numbers)] = values
         self.results.values.write(begin, results)
 
-    def aside(self, first: int) -> Path:
+    def saved(self, first: int) -> Path:
         """Returns the path of the arrays that a tile keeps for a later task; `first` is its first cell."""
         return self.cells.folder / f"aside-{first}.npz"
 
-    def all_aside(self, tiles: Ranges, *names: str) -> Iterator[NDArray[Any]]:
-        """Yields, for each name, the arrays of all tiles in their files `aside`, concatenated."""
+    def load_saved(self, tiles: Ranges, *names: str) -> Iterator[NDArray[Any]]:
+        """Yields for each name the arrays that the tiles have saved, concatenated."""
         archives = []
         for first, _ in tiles:
-            with np.load(self.aside(first)) as one:
-                archives.append([one[name] for name in names])
+            with np.load(self.saved(first)) as archive:
+                archives.append([archive[name] for name in names])
         return (np.concatenate(values) for values in zip(*archives, strict=True))
 
 
@@ -208,7 +208,7 @@ class StrayTiles(PointTiles):
 
     result = "u1", 1
 
-    spacings, _thicknesses, _reaches = Stored("<f8"), Stored("<f8"), Stored("<f8")  # by slot, divided by the scale of the cells
+    spacings, _thicknesses, _reaches = Stored("<f8"), Stored("<f8"), Stored("<f8")  # by slot; lengths are divided by the scale
     _lasts = Stored("<i8")  # the number of the farthest neighbour
     _parts = Stored("<i8")  # the part within the tile, named by its lowest slot
 
@@ -235,7 +235,7 @@ class StrayTiles(PointTiles):
         tile = TilePoints.of(self.cells, first, last, self.k)
         thickness = outliers.thicknesses(tile.points, tile.numbers, tile.nearest)
         slots, lasts = tile.slots[tile.nearest], tile.numbers[tile.nearest[:, -1]]
-        for rows, nearest in tile.ask_around(self.most):
+        for rows, nearest in tile.search_around(self.most):
             slots[rows], lasts[rows] = nearest.slots, nearest.numbers[:, -1]
             thickness[rows] = self._thicknesses_of(tile.points[rows], nearest)
         for column, values in (
@@ -261,8 +261,10 @@ class StrayTiles(PointTiles):
             counts = np.zeros(1 << 16, np.int64)
             for spacings in self.spacings.slices(size):
                 bits = spacings.view(np.uint64)  # non-negative floats are ordered as their bits are
-                here = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
-                counts += np.bincount(((bits[here] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
+                has_prefix = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
+                counts += np.bincount(
+                    ((bits[has_prefix] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16
+                )
             digit = int(np.searchsorted(np.cumsum(counts), rank, "right"))
             rank -= int(counts[:digit].sum())
             prefix = prefix << 16 | digit
@@ -283,8 +285,8 @@ class StrayTiles(PointTiles):
         """Adds the points with enough links to chosen points; `number` counts these passes from 1."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
-        more = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
-        self._chosen(number).write(links.begin, more)
+        joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
+        self._chosen(number).write(links.begin, joined)
 
     def connect(self, first: int, last: int) -> None:
         """Finds the parts within a tile, and marks small ones as stray; `across` judges parts that reach into other tiles."""
@@ -296,24 +298,24 @@ class StrayTiles(PointTiles):
         sizes, sums = outliers.part_sums(parts, links.read_inside(self._thicknesses), count)
         rows, at = np.nonzero(links.to >= count)
         others = links.to[rows, at].astype(np.int64)
-        both = chosen[rows] & chosen[others]
-        parts_here, others = parts[rows[both]], links.outside[others[both] - count]
-        open_ = np.unique(parts_here)
-        names, parts_here = open_ + links.begin, parts_here + links.begin
-        np.savez(self.aside(first), parts=names, sizes=sizes[open_], sums=sums[open_], parts_here=parts_here, others=others)
+        are_chosen = chosen[rows] & chosen[others]
+        inner, others = parts[rows[are_chosen]], links.outside[others[are_chosen] - count]
+        crossing = np.unique(inner)
+        names, inner = crossing + links.begin, inner + links.begin
+        np.savez(self.saved(first), parts=names, sizes=sizes[crossing], sums=sums[crossing], inner=inner, others=others)
         small = self._rule.too_small(sizes, sums)
-        small[open_] = False
+        small[crossing] = False
         self.results.write(links.begin, links.read_inside(self.cells.numbers), ~chosen[:count] | small[parts])
 
     def across(self, tiles: Ranges) -> Longs:
         """Joins parts across tiles; returns those that are stray, ascending."""
-        parts, sizes, sums, parts_here, others = self.all_aside(tiles, "parts", "sizes", "sums", "parts_here", "others")
-        ends = np.searchsorted(parts, parts_here), np.searchsorted(parts, self._parts.gather(others))
-        graph = sparse.coo_matrix((np.ones(len(parts_here), np.int8), ends), shape=(len(parts), len(parts)))
-        count, whole = sparse.csgraph.connected_components(graph, directed=False)
+        parts, sizes, sums, inner, others = self.load_saved(tiles, "parts", "sizes", "sums", "inner", "others")
+        ends = np.searchsorted(parts, inner), np.searchsorted(parts, self._parts.gather(others))
+        graph = sparse.coo_matrix((np.ones(len(inner), np.int8), ends), shape=(len(parts), len(parts)))
+        count, component = sparse.csgraph.connected_components(graph, directed=False)
         # The sums are exact: whole numbers below 2^53.
-        totals = (np.bincount(whole, values, minlength=count).astype(np.int64) for values in (sizes, sums))
-        stray: Longs = parts[self._rule.too_small(*totals)[whole]]
+        totals = (np.bincount(component, values, minlength=count).astype(np.int64) for values in (sizes, sums))
+        stray: Longs = parts[self._rule.too_small(*totals)[component]]
         return stray
 
     def finish(self, stray: Longs, first: int, last: int) -> None:
@@ -362,7 +364,7 @@ class NormalTiles(PointTiles):
         """Writes the neighbours of the points in the cells from `first` to before `last`."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         slots = _by_number(tile.numbers[tile.nearest], tile.slots[tile.nearest])
-        for rows, nearest in tile.ask_around(self.most):
+        for rows, nearest in tile.search_around(self.most):
             slots[rows] = _by_number(nearest.numbers, nearest.slots)
         self.links.write(tile.begin, tile.by_slot(slots))
 
@@ -404,11 +406,11 @@ class NormalTiles(PointTiles):
         votes = np.bincount(at_pair.ravel(), np.einsum("ij,ij->i", signed[rows], signed[others]), minlength=len(pairs))
         names, at_name = np.unique(parts[: len(links.to)], return_inverse=True)
         ups = np.bincount(at_name, signed[: len(links.to), 2], minlength=len(names))
-        np.savez(self.aside(first), parts=names, ups=ups, pairs=pairs, votes=votes)
+        np.savez(self.saved(first), parts=names, ups=ups, pairs=pairs, votes=votes)
 
     def across(self, tiles: Ranges) -> Longs:
         """Returns the parts to flip, ascending, for a consistent orientation; connected parts point up in the sum."""
-        parts, ups, pairs, votes = self.all_aside(tiles, "parts", "ups", "pairs", "votes")
+        parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # each pair is there from both sides
         votes = np.bincount(at.ravel(), votes, minlength=len(both))
@@ -423,8 +425,8 @@ class NormalTiles(PointTiles):
         begin, end = self.cells.slots_of(first, last)
         normals = self.directions(self.iterations).read(begin, end)
         if self.values["flipflag"]:
-            ways = np.asarray(self.values["viewpos"]) - self.cells.points.read(begin, end)
-            is_flipped = np.einsum("ij,ij->i", normals, ways) < 0.0
+            view_vectors = np.asarray(self.values["viewpos"]) - self.cells.points.read(begin, end)
+            is_flipped = np.einsum("ij,ij->i", normals, view_vectors) < 0.0
         else:
             is_flipped = (self._signs.read(begin, end) < 0) != np.isin(self._parts.read(begin, end), flipped)
         normals[is_flipped] *= -1.0
