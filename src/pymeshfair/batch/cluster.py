@@ -25,7 +25,7 @@ _IDLE = 120.0
 
 
 @contextmanager
-def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[OfScheduler]:
+def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[DaskWorkers]:
     """Opens the workers of a scheduler for a batch, after checking them."""
     name = f"pymeshfair-batch-{secrets.token_hex(8)}"
     first_scans = {scan.input.parent: scan.input for scan in reversed(scans)}
@@ -34,34 +34,34 @@ def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Sc
         check_workers(client, worker_conditions)
         client.register_plugin(_Plugin(name, pickle.dumps(template), worker_conditions), name=name)
         try:
-            yield OfScheduler(client, name)
+            yield DaskWorkers(client, name)
         finally:
             if client.status == "running":
                 client.unregister_worker_plugin(name)
 
 
-class OfScheduler:
+class DaskWorkers:
     """The workers of a scheduler, with the same methods as the `Station` of one machine."""
 
     def __init__(self, client: Client, name: str) -> None:
         self._client = client
         self._name = name
         self._executor: Any = client.get_executor(pure=False)
-        self._were_missed = False
+        self._were_missing = False
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
         future: Future[Any] = self._executor.submit(_do, self._name, kind, scan, key=f"{self._name}-{kind}-{scan.number}")
         return future
 
-    def give_up(self) -> None:
+    def end(self) -> None:
         if self._client.status == "running":
             self._executor.shutdown(wait=False)
 
-    def look(self) -> str | None:
+    def check(self) -> str | None:
         if self._client.status != "running":
             raise LostSchedulerError
-        were_missed, self._were_missed = self._were_missed, not self._client.scheduler_info(n_workers=-1)["workers"]
-        if self._were_missed and not were_missed:
+        were_missing, self._were_missing = self._were_missing, not self._client.scheduler_info(n_workers=-1)["workers"]
+        if self._were_missing and not were_missing:
             return "no worker is left; the batch continues when a worker joins, and Ctrl-C ends it"
         return None
 

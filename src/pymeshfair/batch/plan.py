@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Returns the scans without the outputs of runs among those of folders and patterns; and the paths of these outputs."""
+    """Separates scans of folders and patterns that are outputs of runs; returns the other scans, and the paths of the outputs."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)

@@ -37,7 +37,7 @@ from .page import draw, page_path, write_page
 from .plan import Scan, job_of, sample
 
 if TYPE_CHECKING:
-    from .cluster import OfScheduler
+    from .cluster import DaskWorkers
 
 #: seconds to wait for another run of the same output: a lost worker may still be clearing up
 _PATIENCE = 20.0
@@ -63,11 +63,11 @@ class Station:
         """Queues a task; the future fails if its workers were lost."""
         return self.pool.call(self.do, kind, scan)
 
-    def give_up(self) -> None:
+    def end(self) -> None:
         """Ends the running tasks, and starts no more."""
         self.pool.close()
 
-    def look(self) -> str | None:
+    def check(self) -> str | None:
         """Checks the workers: returns a message for the user, or None; raises `LostSchedulerError` if the scheduler is lost."""
         return None
 
@@ -139,7 +139,7 @@ class Listener(Protocol):
 class BatchRun:
     """Cleans scans, reports each outcome after it is in the journal, and draws the pages of cleaned scans."""
 
-    workers: Station | OfScheduler
+    workers: Station | DaskWorkers
     journal: Journal
     items: Items  # the queue of signals and finished tasks
     listener: Listener
@@ -165,7 +165,7 @@ class BatchRun:
             while self.tasks:
                 self._next()
         finally:
-            self.workers.give_up()
+            self.workers.end()
 
     def _submit(self, kind: Kind, scan: Scan) -> None:
         future = self.workers.submit(kind, scan)
@@ -176,7 +176,7 @@ class BatchRun:
         try:
             kind, item = self.items.get(timeout=_PULSE)
         except Empty:
-            if note := self.workers.look():
+            if note := self.workers.check():
                 self.listener.note(note)
             return
         if kind == "signal":
@@ -189,7 +189,7 @@ class BatchRun:
         except CancelledError:
             raise LostSchedulerError from None
         except Exception as error:
-            self.workers.look()
+            self.workers.check()
             lost = ClusterError(f"its workers were lost: {error}")
             result = str(lost) if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
         if kind == "draw":
@@ -213,7 +213,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
 
-    def look(scan: Scan) -> Outcome | None:
+    def outcome_of(scan: Scan) -> Outcome | None:
         record = read_provenance(scan.output)
         if record is None:
             return None
@@ -231,7 +231,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
         return replace(former if former is not None and former.digests == outcome.digests else outcome, resumed=True)
 
     with ThreadPoolExecutor(_READERS) as pool:
-        return {scan.number: outcome for scan, outcome in zip(scans, pool.map(look, scans), strict=True) if outcome}
+        return {scan.number: outcome for scan, outcome in zip(scans, pool.map(outcome_of, scans), strict=True) if outcome}
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -378,7 +378,7 @@ class Task:
         return summary
 
     @contextmanager
-    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | OfScheduler, Items]]:
+    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | DaskWorkers, Items]]:
         """Opens the workers for scans, and a queue of items and signals; raises `ClusterError` if workers are unfit."""
         items: Items = SimpleQueue()
         if self.scheduler is None:

@@ -115,7 +115,7 @@ class _TiledRun:
 
     job: Job
     most: int | None  # the most points or vertices of a tile
-    share: Budget
+    share: Budget  # workers and their memory
     tasks: Tasks
     folder: Path  # of temporary files
     staged: Path  # the output in the staging folder
@@ -136,7 +136,7 @@ class _TiledRun:
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
                 values |= reported
             stages.append(sizes)
-        self._name_skipped(len(self.job.recipe.script.steps) + 1)
+        self._report_skipped(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
         size = slice_rows(tile, source.row)
         self.tasks.map(write_cloud, [(cloud, self.staged, size)], again=True)
@@ -173,12 +173,12 @@ class _TiledRun:
         )
         if not self.job.measures:
             return report
-        before, now = _measures(stages[0]), _measures(after)
-        sides = [a / b - 1.0 if b else None for b, a in zip(before["sides"], now["sides"], strict=True)]
+        measures_before, measures_after = _measures(stages[0]), _measures(after)
+        sides = [a / b - 1.0 if b else None for b, a in zip(measures_before["sides"], measures_after["sides"], strict=True)]
         unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
-        return replace(report, before=before, after=now, change={"sides": sides} | unknown)
+        return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
-    def _name_skipped(self, number: int) -> None:
+    def _report_skipped(self, number: int) -> None:
         """Reports the steps before `number` that were done together with an earlier one."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
@@ -187,7 +187,7 @@ class _TiledRun:
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
         """Sends the events of one step; yields a dict for the report of the filter ("notes" has sentences), and its progress."""
-        self._name_skipped(number)
+        self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
         self.on_event(StepStarted(number, len(script.steps), step.filter.name))

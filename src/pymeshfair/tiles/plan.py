@@ -42,7 +42,7 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: defaults of normal filtering: of parameters that are not of its authors, and of theirs
+#: defaults of normal filtering: of the parameters that we added, and of those of its authors
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 _AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(denoising.normal_filtering).parameters[name].default
@@ -98,7 +98,7 @@ def plan_of(script: Script) -> list[PlannedStep]:
         elif name != _DELETE and (why := why_not(name, values)):
             raise _refusal(script, number, _WHY.get(name, why))
         elif (steps and planned.is_on_cloud != is_cloud) or name == _DELETE:
-            raise _refusal(script, number, "cannot follow these steps: a recipe by tiles is for clouds alone or for meshes alone")
+            raise _refusal(script, number, "does not fit the steps before it: a recipe is for clouds alone or for meshes alone")
         else:
             steps.append(planned)
     selections = [step for step in steps if step.is_on_cloud and step.filter != POINT_NORMALS]
