@@ -172,13 +172,13 @@ class Comparison:
     volume_change: float | None  # in percent; None unless both have a volume and the first is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # faces of the second mesh, turned by over 90 degrees from the first at most samples
+    flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
     sharp_edges_kept: float | None  # the share of the length of sharp edges that are within a mean edge of one of `after`
     added_area: float | None  # of the second mesh, further than a mean edge from the first
     removed_area: float | None  # of the first mesh, further than a mean edge from the second
     attributes_kept: tuple[str, ...]  # attributes of both meshes
-    attributes_lost: tuple[str, ...]
-    attributes_gained: tuple[str, ...]
+    attributes_lost: tuple[str, ...]  # attributes of the first mesh alone
+    attributes_gained: tuple[str, ...]  # attributes of the second mesh alone
     tolerance: LengthIn | None = None  # the largest allowed distance, or None
     passed: bool | None = None  # whether all distances are within the tolerance; None without one
     out_of_tolerance: tuple[Area, ...] = ()  # the areas beyond the tolerance, the furthest first

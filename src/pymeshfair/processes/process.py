@@ -54,7 +54,7 @@ class Process:
     """A worker process, which does one order at a time."""
 
     def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
-        """Starts it: a fork of this process, or a new interpreter, which imports `modules` before the first order.
+        """Starts the process: a fork of this process, or a new interpreter, which imports `modules` before the first order.
 
         `threads` is the number that a filter may use, see `worker_environment`.
         """
@@ -98,19 +98,19 @@ class Process:
             for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
                 self._readers.append(threading.Thread(target=read, args=(stream,), daemon=True))
                 self._readers[-1].start()
-        with suppress(OSError):  # it has ended already; the end of its streams shows that
+        with suppress(OSError):  # the process has ended already
             pickle.dump(order, self._process.stdin)
             self._process.stdin.flush()
-        done: Answer | None = None
+        answer: Answer | None = None
         missing = {"answer", "silent"}
         while missing:
             try:
                 kind, item = self._items.get(timeout=pulse())
             except Empty:
-                if done is not None:
+                if answer is not None:
                     break  # a process that it started holds its stderr open
                 kind, item = "end" if self.has_ended() else "", None
-            if kind == "end" and done is None:
+            if kind == "end" and answer is None:
                 with suppress(Empty):  # reads its last lines on stderr
                     while (item := self._items.get(timeout=_PULSE))[0] != "end":
                         if item[0] == "talk":
@@ -118,28 +118,28 @@ class Process:
                 raise LostProcessError(self.wait())
             missing.discard(kind)
             if kind == "answer":
-                done = item
+                answer = item
             elif kind not in ("", "end", "silent"):
                 take(kind, item)
-        assert done is not None
-        self.is_idle = not missing and not done.is_used_up
-        return done
+        assert answer is not None
+        self.is_idle = not missing and not answer.is_used_up
+        return answer
 
     def has_ended(self) -> bool:
-        """Returns whether it has ended; processes that it started may still hold its pipes open."""
+        """Returns whether the process has ended; processes that it started may still hold its pipes open."""
         return self._process.returncode is not None or self._system.has_ended(self._process)
 
     def wait(self) -> int:
-        """Waits for its end; returns its exit status, or minus the number of the signal that ended it."""
+        """Waits for the end of the process; returns its exit status, or minus the number of the signal that ended it."""
         return int(self._process.wait())
 
     def kill(self) -> None:
-        """Ends it and the processes that it has started; any thread may call it."""
+        """Ends the process and all processes that it has started; any thread may call this."""
         if self._process.returncode is None:  # else another process may have its number by now
             self._system.kill(self._process)
 
     def close(self) -> None:
-        """Ends it, and frees its threads and streams."""
+        """Ends the process, and frees its threads and streams."""
         self.kill()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
@@ -196,7 +196,7 @@ class ForkedProcess:
         self.stderr: IO[bytes] = os.fdopen(parent_ends[2], "rb")
 
     def wait(self, timeout: float | None = None) -> int:
-        """Waits for its end; returns its exit status, or minus the number of the signal that ended it."""
+        """Waits for the end of the process; returns its exit status, or minus the number of the signal that ended it."""
         end = time.monotonic() + (math.inf if timeout is None else timeout)
         while self.returncode is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
