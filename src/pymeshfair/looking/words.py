@@ -62,7 +62,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     if not moved or not moved["same"]:
         parts.append("made a new mesh")
     elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
-        parts.append(f"cut the surface otherwise: {counted(added['faces'], 'face')} of {counted(removed['faces'], 'other face')}")
+        parts.append(f"retriangulated: {counted(added['faces'], 'face')} in place of {counted(removed['faces'], 'face')}")
     else:
         parts += [f"{name} {_part_text(part)}" for name, part in _parts(change).items()]
     if moved and not moved["largest"]:
@@ -89,7 +89,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         lines += [line for name, part in parts.items() for line in _piece_lines(name, part, unit)]
     lines.append(f"changed{because}: {_shares({**sides, 'area': change['area'], 'volume': change['volume']})}")
     if without_noise := change.get("sides_without_noise"):
-        lines.append(f"noise at the ends aside: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
+        lines.append(f"without noise at the ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
@@ -101,10 +101,10 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     relief = f"relief from {shortest:g} mean edges on" if shortest else "relief beside the noise"
     kept = [] if lost is None else [f"{_percent(max(0.0, 1.0 - lost))} of the {relief}"]
     if change["sharp_kept"] is not None:
-        kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, those of noise among them")
+        kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, including those of noise")
     if kept:
         unknown = "the" if lost is None else "shorter" if shortest else ""
-        note = f"; of {unknown} relief nothing can be told beside the noise" if unknown else ""
+        note = f"; {unknown} relief cannot be measured beside the noise" if unknown else ""
         lines.append(f"kept: {', '.join(kept)}{note}")
     if change["turned"]:
         verdict = "a fault: more" if change["folded"] else "no fault: no more"

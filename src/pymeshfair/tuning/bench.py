@@ -37,9 +37,9 @@ from ..scripts.script import Script
 
 #: the most vertices of a scan that is used whole, and the vertices of the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the side of the box of coordinates over that of the scan, since results may grow
+#: the side of the box for coordinates, relative to that of the scan: results may be larger
 _ROOM = 1.5
-#: the name of the file in the folder of a run that stops the run
+#: the name of a file that stops the run in whose folder it is made
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns about `count` vertices around the foremost vertex in the middle of the first view, which shows their outer side."""
+    """Returns about `count` vertices, the nearest to the foremost one in the middle of the first view: it shows their outer side."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
@@ -92,24 +92,24 @@ class Bench:
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
-        self._scan = self._shown("scan", self._before.mesh)
+        self._scan = self._drawable("scan", self._before.mesh)
         self._result: tuple[MeshData, Shown] | None = None
         self._earlier = Earlier()
 
     def opening(self) -> Result:
         """Returns the measures and the mesh that the page shows before a run."""
-        return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._packed(self._scan)
+        return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
         """Carries out the steps of a job; returns the mesh. `measure` computes the numbers, since that may take longer."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
-        self._result = outcome.result, self._shown("result", outcome.result)
+        self._result = outcome.result, self._drawable("result", outcome.result)
         numbers = {
             "warnings": session.warnings,
             "tried": [step.values.get("tried", []) for step in outcome.steps],
         }
-        return numbers, self._packed(self._result[1])
+        return numbers, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Returns the numbers of the last result, and its mesh with distances as colours."""
@@ -126,16 +126,16 @@ class Bench:
             "lines": comparison_lines(compared.comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
-        return numbers, self._packed(replace(shown, scalars=scalars))
+        return numbers, self._pack(replace(shown, scalars=scalars))
 
-    def _shown(self, name: str, mesh: MeshData) -> Shown:
+    def _drawable(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
         scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
         return shown_mesh(
             name, mesh, scalars=scalars, like=self._scan if mesh is not first and same_elements(mesh, first) else None
         )
 
-    def _packed(self, shown: Shown) -> bytes:
+    def _pack(self, shown: Shown) -> bytes:
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
         return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 

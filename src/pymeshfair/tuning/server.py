@@ -290,18 +290,18 @@ class Conversation:
 
     async def serve_page(self) -> None:
         """Carries out the orders of the page until it is closed."""
-        methods = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish)
-        answers = {method.__name__: method for method in methods}
+        handlers = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish)
+        handler_of = {handler.__name__: handler for handler in handlers}
         order: Any = {"do": "welcome"}
         try:
             while True:
                 try:
-                    await answers[order["do"]](order)
+                    await handler_of[order["do"]](order)
                 except (PymeshfairError, OSError) as error:
-                    place: dict[str, Any] = (
+                    location: dict[str, Any] = (
                         {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
                     )
-                    await self._send("problem", message=str(error), **place)
+                    await self._send("problem", message=str(error), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the server does not know this request of the page; load the page again")
                 order = json.loads(await self._connection.recv())
@@ -351,7 +351,7 @@ class Conversation:
         await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Starts a run of the recipe with the settings of the page; the result follows later."""
+        """Starts a run of the recipe with the settings of the page; `_send_results` sends the result."""
         _, script = self._recipe_and_script(order)
         scan = self._scan
         if scan.part is not None:
