@@ -268,7 +268,7 @@ class Prospect:
 
 @dataclass
 class Task:
-    """One batch."""
+    """One batch: its scans and options, and the methods that preview it and carry it out."""
 
     scans: Sequence[Scan]  # all scans
     template: Job  # the options that all runs share

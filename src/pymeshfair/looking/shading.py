@@ -79,7 +79,7 @@ class Scene:
 
 
 def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.uint8]:
-    """Returns (height, width, 3) the pixels of a panel.
+    """Returns the (height, width, 3) pixels of a panel.
 
     Every triangle is drawn, with flat shading, so that noise is visible.
     """
@@ -103,7 +103,7 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
 
 
 def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
-    """Returns (k, 3) the colours of the pixels in the mask `seen`."""
+    """Returns the (k, 3) colours of the pixels in the mask `seen`."""
     elements = buffer.elements[seen]
 
     def at_pixels(values: Floats) -> Floats:
@@ -159,7 +159,7 @@ def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], 
 
 
 def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
-    """Returns (k, 3) the barycentric coordinates of the centres of the pixels in the mask `seen`."""
+    """Returns the (k, 3) barycentric coordinates of the centres of the pixels in the mask `seen`."""
     rows, columns = np.nonzero(seen)
     x, y = columns + 0.5, rows + 0.5
     a, b, c = (screen[faces[elements, k], :2].T for k in range(3))

@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds the values to a mesh of a mesh set as custom attributes, whose memory would be freed if they were added before."""
+    """Adds values as custom attributes to a mesh in a mesh set; attributes from before it was added would be freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -81,7 +81,7 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """Returns the arrays of the current layer, `mesh`; pymeshlab does not give access to the images of textures."""
-    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's have other lengths
+    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's are no unit vectors
     arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()

@@ -2,7 +2,7 @@
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again; coincident points are divided by their numbers. A cell has some hundred points of a bucket,
-which lie close together, and their bounding box. No result depends on the division.
+which lie close together, and their bounding box; a tile is a range of cells. No result depends on the division.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 
 @dataclass(frozen=True)
 class Surface:
-    """The files of a mesh."""
+    """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
     cells: Cells  # of its vertices
     #: (b + 1,) the slot at which each bucket begins; each bucket has a file of the faces at its vertices
@@ -129,7 +129,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class TileMesh:
-    """A part of a mesh; vertices and faces in the order of the whole."""
+    """A tile with rings of faces around it; vertices and faces are in the order of the mesh."""
 
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
