@@ -74,30 +74,30 @@ class OutlierTiles(PointTiles):
 
 @dataclass(frozen=True)
 class Cloud:
-    """The points of a file that no step has deleted: those that are left."""
+    """The remaining points of a file: those that no step has deleted."""
 
     source: Source
-    folder: Path  # for the files of the work
-    kept: Column | None = None  # a mask of the points that are left; None if all are
+    folder: Path  # of temporary files
+    kept: Column | None = None  # the mask of the remaining points; None if no point was deleted
 
     scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step that had the point
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point one
 
-    def left(self, first: int, last: int) -> Bools:
-        """Returns the mask of the points that are left, of those from `first` to before `last` in the file."""
+    def mask(self, first: int, last: int) -> Bools:
+        """Returns the mask of the remaining points among those from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
-        """Yields (m, 3) coordinates and (m,) numbers of the points that are left; the numbers do not count deleted points."""
+        """Yields (m, 3) coordinates and (m,) numbers of the remaining points; the numbers do not count deleted points."""
         first = read = 0
         for points in self.source.points(size):
             start, read = read, read + len(points)
-            points = points[self.left(start, read)]
+            points = points[self.mask(start, read)]
             yield np.ascontiguousarray(points), np.arange(first, first + len(points))
             first += len(points)
 
     def survey(self, size: int) -> tuple[int, Floats, Floats]:
-        """Returns the number of points that are left, and the corners of their box; refuses coordinates that are not finite."""
+        """Returns the number of remaining points, and the corners of their box; refuses coordinates that are not finite."""
         count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
         for points, numbers in self.slices(size):
             if not np.isfinite(points).all():
@@ -111,7 +111,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the points that are left into buckets; with the side of a `grid`, their cells in it stand for the points."""
+        """Divides the remaining points into buckets; with `grid`, the side of its cells, divides their cells instead."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):
@@ -120,39 +120,39 @@ class Cloud:
         return divide(slices, count, folder, most=most)
 
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
-        """Stores the results of the tiles for the points that are left; returns the report of the filter.
+        """Stores the results of the tiles for the remaining points; returns the report of the filter.
 
-        A selection writes to `target` the mask of the points that are left after it.
+        A selection writes to `target` the mask of the points that remain after it.
         """
-        results_of_left = replace(results.values, path=self.folder / "found")  # in the order of the points
+        point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
         for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):
-            results_of_left.write(first, block)
+            point_results.write(first, block)
         column = {LOOP: self.scalars, POINT_NORMALS: self.normals}.get(step.filter)
         if column is not None and not column.path.exists():
             column.write(total - 1, np.zeros((1, column.width)))
         spread = 0.0
         if step.filter == LOOP:
-            spread = outliers.spread_of(lambda: results_of_left.slices(outliers.SPREAD_BLOCK), step.values["extent"])
+            spread = outliers.spread_of(lambda: point_results.slices(outliers.SPREAD_BLOCK), step.values["extent"])
         selected, largest, sums = 0, 0.0, []
         for first in range(0, total, size):
-            left = self.left(first, min(first + size, total))
-            values = results_of_left.read(done, done + int(left.sum()))
+            remaining = self.mask(first, min(first + size, total))
+            values = point_results.read(done, done + int(remaining.sum()))
             done += len(values)
             if step.filter == LOOP:
                 values = outliers.probabilities_of(values, spread)
                 largest = max(largest, float(values.max(initial=0.0)))
                 sums.append(float(values.sum()))
             if column is not None:
-                block = column.read(first, first + len(left))
-                block[left] = values
+                block = column.read(first, first + len(remaining))
+                block[remaining] = values
                 column.write(first, block)
             if step.filter != POINT_NORMALS:
                 is_selected = values > step.values.get("threshold", 0)
                 selected += int(np.count_nonzero(is_selected))
-                left[left] = ~(is_selected & step.deletes)
-                target.write(first, left)
-        results_of_left.path.unlink()
+                remaining[remaining] = ~(is_selected & step.deletes)
+                target.write(first, remaining)
+        point_results.path.unlink()
         if step.filter == POINT_NORMALS:
             return {}
         reported = {"largest_probability": largest, "mean_probability": math.fsum(sums) / count} if step.filter == LOOP else {}
@@ -180,7 +180,7 @@ def do_step(
         tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
         results = Results(Column(folder / "results", "u1"))
         placed = zip([first for first, _ in tiles], buckets, strict=True)
-        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda one: one[1].path)]
+        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
         tasks.map(mark_later, groups, part_of(progress, 0.1, 0.9))
     else:
         scale = tree_scale(float(max(high.max(), -low.min())))
@@ -200,14 +200,14 @@ def do_step(
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Writes the points that are left, with probabilities and normals if steps computed them; returns the number of points."""
+    """Writes the remaining points, with probabilities and normals if steps computed them; returns the number of points."""
     total, names_of = len(cloud.source), cloud.source.names
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
     additions = (("scalars", cloud.scalars), ("normals", cloud.normals))
     columns = [(names_of[name], column) for name, column in additions if column.path.exists()]
-    count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
+    count = sum(int(np.count_nonzero(cloud.mask(*rows))) for rows in slices)
     marks = (
-        (cloud.left(*rows), {n: v for names, c in columns for n, v in zip(names, np.atleast_2d(c.read(*rows).T), strict=True)})
+        (cloud.mask(*rows), {n: v for names, c in columns for n, v in zip(names, np.atleast_2d(c.read(*rows).T), strict=True)})
         for rows in slices
     )
     cloud.source.write(target, count, marks, size, added=tuple(name for names, _ in columns for name in names))
