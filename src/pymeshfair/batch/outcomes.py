@@ -331,6 +331,6 @@ class Summary:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Writes a file atomically; replaces that of a former batch."""
+    """Writes a file atomically; replaces the file of a former batch."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -317,10 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses a folder whose files have the names of the files about the whole batch but are not from a former batch.
-
-        They are from one if `read_journal` can read the journal.
-        """
+        """Refuses a folder with files of these names that are not from a former batch, whose journal `read_journal` can read."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):

@@ -151,7 +151,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
     """Returns the cells from `first` to before `last`, with `rings` rings of faces around them, at least one.
 
     Every vertex that is fewer than `rings` edges away from the tile has all its faces. `points` has the coordinates by slot; None
-    takes those of the cells.
+    takes the coordinates of the cells.
     """
     cells = surface.cells
     begin, end = cells.slots_of(first, last)
@@ -262,7 +262,7 @@ class FilteringTiles:
         return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
-        """Moves the vertices to the result of `relax`, those of the outline by `share` of their way along the surface."""
+        """Moves the vertices to the result of `relax`; outline vertices go only `share` of their way along the surface."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.state.read(begin, end)

@@ -42,7 +42,7 @@ class TilePoints:
     numbers: Longs  # (n,) in the input
     slots: Longs  # (n,) where the points are stored
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
-    distances: Floats  # (n,) standard distances of the k nearest in the tile; `search_around` makes them those of the cloud
+    distances: Floats  # (n,) standard distances of the k nearest in the tile; after `search_around`, in the cloud
     reaches: Floats  # (n,) squared distances of the farthest of these k
 
     @classmethod

@@ -42,7 +42,7 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: defaults of normal filtering: of the parameters that we added, and of those of its authors
+#: defaults of normal filtering: of our additional parameters, and of the parameters of its authors
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 _AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(denoising.normal_filtering).parameters[name].default
