@@ -261,10 +261,8 @@ class StrayTiles(PointTiles):
             counts = np.zeros(1 << 16, np.int64)
             for spacings in self.spacings.slices(size):
                 bits = spacings.view(np.uint64)  # non-negative floats are ordered as their bits are
-                has_prefix = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
-                counts += np.bincount(
-                    ((bits[has_prefix] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16
-                )
+                fits = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
+                counts += np.bincount(((bits[fits] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
             digit = int(np.searchsorted(np.cumsum(counts), rank, "right"))
             rank -= int(counts[:digit].sum())
             prefix = prefix << 16 | digit

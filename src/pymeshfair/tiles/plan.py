@@ -255,13 +255,13 @@ def budget(memory: int, processors: int) -> Budget:
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
     """Returns the points of a tile, for LoOP or stray points with `neighbors`, or for `normals` from them.
 
-    LoOP with 20 takes 209 bytes a point, as measured; the rest is for points with neighbours in other tiles, up to a tenth.
+    LoOP with 20 neighbours takes 209 bytes a point, as measured; the rest is for the tenth that has neighbours in other tiles.
     """
     return max(4 * neighbors, int(tile / (200 + 40 * neighbors if normals else 180 + 9 * neighbors)))
 
 
 def surface_vertices(tile: int, each: int, rings: int) -> int:
-    """Returns the vertices of a tile of a mesh, without the rings around it.
+    """Returns how many vertices a tile of `tile` bytes has, with `each` bytes a vertex and `rings` rings around it.
 
     Each ring around a tile of v vertices has about 4 sqrt(v) vertices.
     """
@@ -269,12 +269,12 @@ def surface_vertices(tile: int, each: int, rings: int) -> int:
 
 
 def slice_rows(tile: int, row: int) -> int:
-    """Returns how many rows of a file may be in memory at a time."""
+    """Returns how many file rows of `row` bytes, with the arrays made of them, fit into `tile` bytes."""
     return max(1 << 12, int(tile / (6 * row + 150)))
 
 
 def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
-    """Returns the bytes on the disk for a cloud, with the output.
+    """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
     Cells take 32 bytes a point. LoOP adds 24 for distances and factors, 2 + k for arrays of the points with neighbours in other
     tiles, an eighth of all, and 17 for the probability and the mask. Stray points add 62, normals 122, and both 8 for each link.

@@ -275,11 +275,11 @@ class E57Cloud:
             header, end, rows = written.getvalue().partition(b"end_header\n")
             if not count:
                 header = header.replace(b"element vertex %d\n" % len(piece.vertices), count_line % 0)
-                place = header.index(count_line % 0)
+                offset = header.index(count_line % 0)
                 file.write(header + end)
             file.write(rows)
             count += len(piece.vertices)
-        file.seek(place)
+        file.seek(offset)
         file.write(count_line % count)
 
 
