@@ -35,7 +35,7 @@ from .shading import Camera, Scene, render, rotated, texture_of
 
 # ------------------------------------------------------------------------------------------------ colours of measures
 
-#: the colour of distances within a tolerance, and the position on the colour map (from the middle, 0, to an end, 1) beyond it
+#: the colour within a tolerance; the position on the colour map, from 0 (middle) to 1 (end), where colours beyond it begin
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
@@ -44,7 +44,7 @@ class Numbers:
     """Numbers of the vertices or faces of one mesh."""
 
     values: Floats  # (n,) or (m,)
-    by_face: bool = False  # whether they belong to faces
+    by_face: bool = False  # whether the values belong to faces
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ def script_with(script: Script, settings: Sequence[Any]) -> Script:
     for number, (step, setting) in enumerate(zip(script.steps, settings, strict=True)):
         values = setting.get("values") if isinstance(setting, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
-            raise ParameterError("the page sent settings that are none")
+            raise ParameterError("the page sent settings of a wrong form")
         if setting.get("on") is True:
             steps.append(_changed_step(number, step, values))
     if not steps:
