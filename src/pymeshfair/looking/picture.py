@@ -184,7 +184,7 @@ def view_angles(text: str) -> tuple[float, float]:
 
 
 def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
-    """Returns (3, 3) the directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
+    """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
 
     The eye moves `azimuth` degrees to the right around that axis, and `elevation` degrees up. With both 0 it looks along -z if y
     is up, and along +y if z is up.
