@@ -152,7 +152,7 @@ def _receive(orders: BinaryIO, inbox: SimpleQueue[Order]) -> None:
             order: Order = pickle.load(orders)
             _Channel.if_lost = order.if_lost
             inbox.put(order)
-    except (EOFError, pickle.UnpicklingError, OSError):
+    except (EOFError, pickle.UnpicklingError, OSError):  # the parent has ended
         if _Channel.if_lost is not None:
             pickle.loads(_Channel.if_lost)()
     finally:
