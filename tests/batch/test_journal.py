@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.batch.outcomes import BatchError, Journal, Outcome, read_journal
-from pymeshfair.batch.plan import Asked, Scan, job_of, plan_scans
+from pymeshfair.batch.plan import RequestedScan, Scan, job_of, plan_scans
 from pymeshfair.batch.work import done_before
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.processes import environment
@@ -55,7 +55,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Scan, Job]:
     """A folder with one scan, and what a run made of it."""
     folder = tmp_path_factory.mktemp("made")
     template = Job(load_recipe("smooth_taubin"), folder, folder)
-    (scan,) = plan_scans([Asked(write_scan(folder / "in.ply", 1))], template.recipe, folder, "out.ply")
+    (scan,) = plan_scans([RequestedScan(write_scan(folder / "in.ply", 1))], template.recipe, folder, "out.ply")
     run_job(job_of(template, scan, threads=1, memory=None))
     return folder, scan, template
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.batch.outcomes import Outcome
-from pymeshfair.batch.plan import Asked, Scan, plan_scans
+from pymeshfair.batch.plan import RequestedScan, Scan, plan_scans
 from pymeshfair.commands.batch import BatchBar, BatchLines
 from pymeshfair.recipe import load_recipe
 
@@ -17,7 +17,7 @@ MEASURES = {"mean_edge": 2.0, "mean_spacing": None}
 @pytest.fixture
 def scans(tmp_path: Path) -> list[Scan]:
     """Three scans."""
-    return plan_scans([Asked(tmp_path / f"{name}.ply") for name in "abc"], load_recipe("smooth_taubin"), tmp_path / "out")
+    return plan_scans([RequestedScan(tmp_path / f"{name}.ply") for name in "abc"], load_recipe("smooth_taubin"), tmp_path / "out")
 
 
 def outcomes(scans: list[Scan]) -> list[Outcome]:

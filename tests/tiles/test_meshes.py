@@ -63,7 +63,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: PlannedStep, most: int, cell
             do_move(surface, move, tiles, pool, lambda share: None)
         work = MeshTiles(surface)
         pool.map(work.finish, tiles, lambda share: None)
-        mesh.write_places(work.results, surface.cells.slots_of_tiles(tiles), folder / "out.ply", 77)
+        mesh.write_points(work.results, surface.cells.slots_of_tiles(tiles), folder / "out.ply", 77)
         written = MeshFile(folder / "out.ply")
         np.testing.assert_array_equal(np.concatenate(list(written.faces(100))), faces)
         return np.concatenate(list(written.points(100)))

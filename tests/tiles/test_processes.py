@@ -129,7 +129,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     ("program", "said"),
     [
         (GREEDY, "a tile needs more memory than there is; give it more"),
-        (DEADLY, "every worker that began a tile was lost (the worker process ended with status -9), perhaps for want of memory"),
+        (DEADLY, "every worker that began a tile was lost (the worker process ended with status -9), perhaps for lack of memory"),
     ],
     ids=["greedy", "deadly"],
 )

@@ -83,7 +83,7 @@ def test_wrong_settings_say_where() -> None:
     with pytest.raises(ParameterError, match="settings for 1 steps"):
         script_with(script, given[:1])
     for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):
-        with pytest.raises(ParameterError, match="settings that are none"):
+        with pytest.raises(ParameterError, match="settings of a wrong form"):
             script_with(script, [*given[:-1], wrong])
 
 

@@ -1,1 +1,1 @@
-"""Many scans through one recipe, each in a worker process of its own, on one machine or many; a journal to resume from."""
+"""Runs one recipe on many scans, each in its own worker process, on one machine or several; a journal lets a batch resume."""

@@ -1,4 +1,4 @@
-"""A batch on the workers of a scheduler of dask: each keeps a station while the batch lasts."""
+"""Runs a batch on the workers of a dask scheduler: each worker has a `Station` during the batch."""
 
 from __future__ import annotations
 
@@ -20,83 +20,83 @@ from ..running.job import Job
 from .plan import Scan
 from .work import Kind, Station, pool_of
 
-#: seconds without work after which a worker ends its processes
+#: seconds without work after which a worker ends its idle processes
 _IDLE = 120.0
 
 
 @contextmanager
-def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[OfScheduler]:
-    """The workers of a scheduler."""
+def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[DaskWorkers]:
+    """Opens the workers of a scheduler for a batch, after checking them."""
     name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-    firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
-    inputs = [*firsts.values(), *template.others]
-    with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as wanted:
-        check_workers(client, wanted)
-        client.register_plugin(_Plugin(name, pickle.dumps(template), wanted), name=name)
+    first_scans = {scan.input.parent: scan.input for scan in reversed(scans)}
+    inputs = [*first_scans.values(), *template.others]
+    with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as worker_conditions:
+        check_workers(client, worker_conditions)
+        client.register_plugin(_Plugin(name, pickle.dumps(template), worker_conditions), name=name)
         try:
-            yield OfScheduler(client, name)
+            yield DaskWorkers(client, name)
         finally:
             if client.status == "running":
                 client.unregister_worker_plugin(name)
 
 
-class OfScheduler:
-    """The workers of a scheduler, with what the `Station` of one machine has."""
+class DaskWorkers:
+    """The workers of a scheduler, with the same methods as the `Station` of one machine."""
 
     def __init__(self, client: Client, name: str) -> None:
         self._client = client
         self._name = name
         self._executor: Any = client.get_executor(pure=False)
-        self._were_missed = False
+        self._were_missing = False
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
         future: Future[Any] = self._executor.submit(_do, self._name, kind, scan, key=f"{self._name}-{kind}-{scan.number}")
         return future
 
-    def give_up(self) -> None:
+    def end(self) -> None:
         if self._client.status == "running":
             self._executor.shutdown(wait=False)
 
-    def look(self) -> str | None:
+    def check(self) -> str | None:
         if self._client.status != "running":
             raise LostSchedulerError
-        were_missed, self._were_missed = self._were_missed, not self._client.scheduler_info(n_workers=-1)["workers"]
-        if self._were_missed and not were_missed:
-            return "no worker is left; the batch goes on when one comes, and Ctrl-C ends it"
+        were_missing, self._were_missing = self._were_missing, not self._client.scheduler_info(n_workers=-1)["workers"]
+        if self._were_missing and not were_missing:
+            return "no worker is left; the batch continues when a worker joins, and Ctrl-C ends it"
         return None
 
 
 @dataclass(eq=False)
 class _Plugin(WorkerPlugin):
-    """The station of every worker during a batch; dask sends it to workers that join later, too."""
+    """Holds the station of a worker during a batch; dask also sends it to workers that join later."""
 
-    name: str  # of the batch, with which the names of its tasks begin
+    name: str  # of the batch; the names of its tasks begin with it
     template: bytes  # a pickled `Job`
-    wanted: Conditions
+    worker_conditions: Conditions
     station: Station | None = None
 
     def setup(self, worker: Worker) -> None:
-        """Called by dask on every worker. One that came late and is not fit leaves again."""
-        if unfit := self.wanted.unfit():
+        """Makes the station; dask calls it on every worker. A worker that joins late and is unfit is closed."""
+        if unfit := self.worker_conditions.unfit():
             logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
         pool = pool_of(worker.state.nthreads, rest_after=_IDLE)
-        self.station = Station(pickle.loads(self.template), self.wanted.probe.parent, pool)
+        self.station = Station(pickle.loads(self.template), self.worker_conditions.probe.parent, pool)
 
     def teardown(self, worker: Worker) -> None:
-        """Called by dask when the batch or the worker ends."""
+        """Ends the processes; dask calls it when the batch or the worker ends."""
         if self.station is not None:
             self.station.pool.close()
 
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
-        """Called by dask for every task: once one is not wanted any more the batch was given up or killed, and all are ended."""
+        """Ends all processes if a running task was released, because the batch ended early; dask calls it for every task."""
         if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
-            threading.Thread(target=self.station.pool.close, daemon=True).start()  # dask is not to wait for that
+            threading.Thread(target=self.station.pool.close, daemon=True).start()  # so that dask need not wait
 
 
 def _do(batch: str, kind: Kind, scan: Scan) -> Any:
-    """A task, on whichever worker dask gives it to."""
+    """Does a task on the worker that dask has chosen."""
     plugin = cast("_Plugin", get_worker().plugins[batch])
     if plugin.station is None:
         raise Reschedule

@@ -1,8 +1,7 @@
-"""The outcomes of scans: the journal, from which a batch goes on, and ``batch.json`` and ``batch.csv``.
+"""Outcomes of scans: the journal, from which a batch can resume, the outliers, and ``batch.json`` and ``batch.csv``.
 
-A journal has one line of JSON for each outcome, on the disk before the outcome is reported. The tables have every scan, those of
-before the batch was resumed too. Of every scan there is one number for every question that is asked of all of them; some lie far
-from those of the others.
+A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. The tables have all
+scans, also those from before the batch was resumed. `QUESTIONS` has the numbers in which scans are compared to find outliers.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ from ..processes.environment import versions
 from ..running.job import Job, plain
 from .plan import labels
 
-#: file names in the folder of outputs: of the journal, from which a batch resumes, and of the tables
+#: file names in the folder of outputs: of the journal, and of the tables
 NAME, TABLE, DOCUMENT = "batch.jsonl", "batch.csv", "batch.json"
 SCHEMA = "pymeshfair-batch-1"
-#: done; written although a guard was broken, as `keep_broken` asks; or not written
+#: "done"; "broken": written with `keep_broken` although a guard was broken; "failed": not written
 Status = Literal["done", "broken", "failed"]
 
 
@@ -41,27 +40,27 @@ class Outcome:
     """The outcome of one scan."""
 
     input: str
-    output: str  # the file that was or should have been written
+    output: str  # the file to write
     status: Status
-    seconds: float  # that it took, the wait for its turn not among them
-    finished: str = ""  # when, in UTC
-    host: str = ""  # on which machine
+    seconds: float  # of the work, without waiting
+    finished: str = ""  # the time in UTC
+    host: str = ""  # the machine that did the work
     digests: Mapping[str, str] = field(default_factory=dict)  # SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``
-    before: Mapping[str, Any] | None = None  # measures of the mesh as read: `SurfaceMeasures` by name; None where there are none
-    after: Mapping[str, Any] | None = None  # of the mesh as written
-    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None where it is not known
-    steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each
+    before: Mapping[str, Any] | None = None  # measures of the input: `SurfaceMeasures` by name; None without measures
+    after: Mapping[str, Any] | None = None  # measures of the output
+    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None if unknown
+    steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each step
     warnings: tuple[str, ...] = ()  # of the run
     breaches: tuple[Mapping[str, Any], ...] = ()  # the guards that were broken
     error: Mapping[str, Any] | None = None  # of a failure: ``"kind"``, ``"message"``, ``"doing"``, ``"details"``
     peak_memory: int | None = None  # bytes
-    former: str = ""  # of a scan that failed, the file that lies at the place of its output; empty if there is none
-    resumed: bool = False  # whether it was done before this batch began
-    unit: str | None = None  # of the lengths, if it is known
+    former: str = ""  # if the scan failed: describes the file at the path of its output; empty if there is none
+    resumed: bool = False  # whether an earlier batch did it
+    unit: str | None = None  # of lengths, if known
 
     @classmethod
     def of_error(cls, input: Path, output: Path, error: BaseException, seconds: float, host: str) -> Outcome:
-        """Of a run that failed."""
+        """Returns the outcome of a run that failed."""
         unexpected = "" if isinstance(error, PymeshfairError | OSError) else f"unexpected {type(error).__name__}: "
         place = getattr(error, "place", None)
         description = {
@@ -71,12 +70,12 @@ class Outcome:
             "details": getattr(error, "details", ""),
         }
         breaches = tuple(getattr(error, "breaches", ()))
-        former = _former(output)
+        former = _former_output(output)
         return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=description, former=former)
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any], input: Path, output: Path) -> Outcome:
-        """Of a scan that was written, from its provenance."""
+        """Returns the outcome of a scan that was written, from its provenance."""
         run, measures, breaches = record["run"], record["measures"], tuple(record.get("guards", {}).get("breaches", ()))
         times = zip(record["steps"], run["step_seconds"], strict=True)
         return cls(
@@ -97,50 +96,50 @@ class Outcome:
         )
 
     def to_document(self) -> dict[str, Any]:
-        """The outcome in the types of JSON."""
+        """Returns the outcome in the types of JSON."""
         return {name: value for name, value in asdict(self).items() if name != "resumed"}
 
 
-def _former(output: Path) -> str:
-    """The run that a file at the place of an output is of, in words; empty if there is no file."""
+def _former_output(output: Path) -> str:
+    """Describes the run that wrote the file at the path of an output; empty if there is no file."""
     if not output.exists():
         return ""
     record = read_provenance(output)
     if record is None:
-        return "the file there is of no run"
+        return "the file there was not written by a run"
     run, recipe = record.get("run", {}), record.get("recipe", {})
     return f"the file there is of {recipe.get('name', 'another recipe')}, run at {run.get('started', 'an unknown time')}"
 
 
 def digests_of(record: Mapping[str, Any]) -> dict[str, str]:
-    """The digests that a provenance document has."""
+    """Returns the checksums in a provenance document, by part."""
     return {part: str(record[part]["sha256"]) for part in ("input", "recipe", "output") if part in record}
 
 
 def now() -> str:
-    """The time in UTC, to the second."""
+    """Returns the time in UTC, to the second."""
     return datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 class BatchError(PymeshfairError):
-    """The batch as a whole has failed; the scans in its journal stay done."""
+    """The whole batch has failed; the scans in its journal stay done."""
 
 
 class Journal:
-    """The journal in a folder; a context manager that locks the folder against other batches."""
+    """The journal in a folder of outputs; a context manager that locks the folder against other batches."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
-        """Open and lock the journal in the folder of outputs; without `resume` its lines are deleted when the first scan ends."""
+        """Opens and locks the journal; without `resume` its old lines are deleted when the first scan ends."""
         self.path = folder / NAME
         try:
             self._file = self.path.open("a+b", buffering=0)
             is_free = this_system().try_lock(self._file, alone=True) is not False
-            self.before = read_journal(self.path)  # the outcomes of earlier batches by output, whether the file keeps them or not
+            self.before = read_journal(self.path)  # the outcomes of earlier batches by output, also without `resume`
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
         if not is_free:
             self._file.close()
-            raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
+            raise BatchError(f"another batch is writing to {folder}; wait for it to end, or name another folder")
         self._is_old = not resume
 
     def __enter__(self) -> Journal:
@@ -150,7 +149,7 @@ class Journal:
         self._file.close()
 
     def append(self, outcome: Outcome) -> None:
-        """Write one line, and wait until the disk has it."""
+        """Writes one line, and waits until it is on the disk."""
         line = json.dumps(outcome.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
         try:
             if self._is_old:
@@ -167,7 +166,7 @@ class Journal:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """The last outcome of each output; incomplete lines are skipped, and a missing journal is empty."""
+    """Reads the last outcome of each output; skips incomplete lines. A missing journal is empty."""
     outcomes: dict[str, Outcome] = {}
     for line in path.read_bytes().splitlines() if path.exists() else ():
         try:
@@ -179,35 +178,35 @@ def read_journal(path: Path) -> dict[str, Outcome]:
     return outcomes
 
 
-#: of a robust z beyond which a number counts as far from the others [iglewicz1993]
+#: the absolute robust z-score above which a number is an outlier [iglewicz1993]
 FAR = 3.5
-#: with fewer numbers there are no outliers
+#: the fewest numbers among which outliers are searched
 _FEWEST = 5
-#: a normal distribution's standard deviation over its median absolute deviation, and over its mean absolute deviation
+#: the standard deviation of a normal distribution, divided by its median and by its mean absolute deviation
 _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 
 
 def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
-    """The root mean square of the displacement over the mean edge (for a cloud, the mean spacing) of the input."""
+    """Returns the RMS displacement divided by the mean edge (for a cloud, the mean spacing) of the input."""
     moved, before = outcome.displacement, outcome.before
     edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
     return None if moved is None or not edge else moved[name] / edge
 
 
 def largest_in_edges(outcome: Outcome) -> float | None:
-    """The largest displacement, in the same way."""
+    """Returns the largest displacement divided by the same length."""
     return displacement_in_edges(outcome, "largest")
 
 
 def area_change(outcome: Outcome) -> float | None:
-    """By how many percent the area has changed; below 0 it was lost. None for clouds."""
+    """Returns the change of the area in percent, below 0 for a loss; None for clouds."""
     if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
         return None
     change: float = 100.0 * (outcome.after["area"] / outcome.before["area"] - 1.0)
     return change
 
 
-#: the numbers in which a scan can be an outlier
+#: the numbers in which scans are compared to find outliers
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
@@ -216,28 +215,28 @@ QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
 
 
 def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
-    """Of each outcome, in which of `QUESTIONS` it lies far from the others."""
+    """Returns, for each outcome, the `QUESTIONS` in which it is an outlier."""
     scores = {words: robust_z([measure(outcome) for outcome in outcomes]) for words, measure in QUESTIONS.items()}
     return [tuple(words for words, z in scores.items() if abs(z[k] or 0.0) > FAR) for k in range(len(outcomes))]
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
-    """The distance of each number from the median, in standard deviations estimated by the median absolute deviation.
+    """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
 
-    Where more than half of the numbers are the same that is 0, and the mean absolute deviation takes its place [iglewicz1993].
-    None for what is None or not finite, and for all if they are fewer than five or all the same.
+    If that is 0, since more than half of the numbers are equal, the mean absolute deviation is taken [iglewicz1993]. The score
+    of None or of a number that is not finite is None; all scores are None for fewer than five numbers, or if all are equal.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
-    middle = statistics.median(finite or [0.0])
-    away = [abs(x - middle) for x in finite] or [0.0]
-    scale = _BY_MEDIAN * statistics.median(away) or _BY_MEAN * statistics.fmean(away)
+    median = statistics.median(finite or [0.0])
+    deviations = [abs(x - median) for x in finite] or [0.0]
+    scale = _BY_MEDIAN * statistics.median(deviations) or _BY_MEAN * statistics.fmean(deviations)
     if len(finite) < _FEWEST or not scale:
         return [None] * len(numbers)
-    return [None if x is None or not math.isfinite(x) else (x - middle) / scale for x in numbers]
+    return [None if x is None or not math.isfinite(x) else (x - median) / scale for x in numbers]
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """The row of a scan in the tables, by the names of their columns."""
+    """Returns the row of a scan in the tables, by the names of the columns."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
@@ -259,9 +258,9 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     }
 
 
-#: measures of which the table has the number before and after
+#: measures that the table has before and after the run
 _COMPARED = ("vertices", "faces", "roughness")
-#: an outcome, a short name of its scan that no other has, and in which of `QUESTIONS` it lies far from the others
+#: an outcome, a unique short name of its scan, and the `QUESTIONS` in which it is an outlier
 Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
 
 
@@ -269,28 +268,28 @@ Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
 class Summary:
     """The results of a batch."""
 
-    outcomes: Sequence[Outcome]  # of the scans that have one, in the order of the batch
-    planned: int  # how many scans the batch has
-    template: Job  # of the runs of the batch
-    started: str  # when, in UTC
-    finished: str  # when, in UTC
+    outcomes: Sequence[Outcome]  # of the finished scans, in the order of the batch
+    planned: int  # the number of scans of the batch
+    template: Job  # the options of all runs
+    started: str  # the time in UTC
+    finished: str  # the time in UTC
     seconds: float  # from start to end
 
     @cached_property
     def rows(self) -> list[Row]:
-        """The outcomes in the order of the batch."""
+        """Returns the outcomes in the order of the batch, with names and outliers."""
         names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
         return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
 
     @property
     def worst_first(self) -> list[Row]:
-        """Failures first, then those with broken guards, then the others from the largest displacement down."""
+        """Returns the failures, then the scans with broken guards, then the others by falling displacement."""
         order = {"failed": 0, "broken": 1, "done": 2}
         return sorted(self.rows, key=lambda row: (order[row[0].status], -(displacement_in_edges(row[0]) or 0.0), row[0].input))
 
     @property
     def counts(self) -> dict[str, int]:
-        """The number of scans: in all, by status, done before, and not done yet."""
+        """Returns the numbers of scans: planned, by status, resumed, and left to do."""
         by_status = Counter(outcome.status for outcome in self.outcomes)
         return {
             "scans": self.planned,
@@ -300,7 +299,7 @@ class Summary:
         }
 
     def document(self) -> dict[str, Any]:
-        """The summary in the types of JSON."""
+        """Returns the summary in the types of JSON."""
         recipe = self.template.recipe
         described: dict[str, Any] = plain(
             {
@@ -321,7 +320,7 @@ class Summary:
         return described
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Write both files, in place of those of a former batch; the table has comma-separated values, one row a scan."""
+        """Writes the JSON document and the CSV table, with one row a scan; replaces the files of a former batch."""
         table = io.StringIO()
         rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")
@@ -332,6 +331,6 @@ class Summary:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file that appears whole, in place of that of a former batch."""
+    """Writes a file atomically; replaces the file of a former batch."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

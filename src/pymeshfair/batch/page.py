@@ -1,4 +1,4 @@
-"""``batch.html``, one page with a row a scan, failures first; and the page of each scan, made in a process of its own."""
+"""Writes ``batch.html``, with a row a scan and failures first, and the page of each scan, in a process of its own."""
 
 import math
 import re
@@ -27,36 +27,36 @@ from .outcomes import (
     write_text,
 )
 
-#: the folder of pages, in that of the batch
+#: the folder of the pages of scans, within the folder of the batch
 PAGES = "reports"
-#: what every page has
+#: a text that every page of pymeshfair has
 _BRAND = b'<p class="brand">pymeshfair</p>'
 
 
 def page_path(folder: Path, output: Path) -> Path:
-    """The path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
-    place = output.relative_to(folder)
-    return folder / PAGES / place.with_name(f"{place.name}.html")
+    """Returns the path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch for ``scan.ply``."""
+    relative = output.relative_to(folder)
+    return folder / PAGES / relative.with_name(f"{relative.name}.html")
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Write the page of a scan that was done. Nothing is drawn if a page with the digests of its files is there."""
+    """Writes the page of a scan that was done, unless there is a page with the checksums of its files."""
     record = read_provenance(output)
     if record is None:
-        raise InputError(output, "no provenance says what it was made from")
+        raise InputError(output, "it has no provenance, so that its input is unknown")
     page.parent.mkdir(parents=True, exist_ok=True)
     former = page.read_bytes() if page.is_file() else b""
     if former and all(digest.encode() in former for digest in digests_of(record).values()):
         return
     check_target(page, ("html",), overwrite=overwrite or _BRAND in former)
     with staging_folder(page) as stage:
-        made = stage / "new" / page.name
-        order = Order.of(_draw, input, output, made, memory_limit=memory, if_lost=partial(clear_up, stage, page))
+        new_page = stage / "new" / page.name
+        order = Order.of(_draw, input, output, new_page, memory_limit=memory, if_lost=partial(clear_up, stage, page))
         with workers.lend() as worker:
             answer = worker.do(order)
         if answer.error is not None:
             raise answer.error
-        place([StagedFile(made, page)], stage)
+        place([StagedFile(new_page, page)], stage)
 
 
 def _draw(input: Path, output: Path, page: Path) -> None:
@@ -70,9 +70,9 @@ def _draw(input: Path, output: Path, page: Path) -> None:
 
 
 NAME = "batch.html"
-#: so many scans are named with each kind of warning
+#: the most scans that are named for a kind of warning
 _EXAMPLES = 5
-#: of each column of numbers the head, in which of `QUESTIONS` it tells outliers, and its number of a scan
+#: the columns of numbers: the heading, the one of `QUESTIONS` whose outliers are marked, and the number of a scan
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
     ("moved (edges)", "displacement", displacement_in_edges),
     ("at most", "", largest_in_edges),
@@ -85,7 +85,7 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
 
 
 def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path:
-    """Write the page; `pages` has of outputs why there is no page of them, empty if there is one."""
+    """Writes ``batch.html``; `pages` has, by output, the reason why a scan has no page, empty if it has one."""
     recipe = summary.template.recipe
     text = render(
         "batch.html",
@@ -105,32 +105,32 @@ def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
     words = {
         "failed": "failed",
-        "broken": "were written although they go beyond a limit",
-        "left": "were not begun",
-        "resumed": "had been done before",
+        "broken": "were written although they break a limit",
+        "left": "were not started",
+        "resumed": "were done before",
     }
     lines = [f"{counts[name]:,} {text}." for name, text in words.items() if counts[name]]
-    apart = sum(bool(far) for _, _, far in summary.rows)
-    lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
+    outlying = sum(bool(far) for _, _, far in summary.rows)
+    lines += [f"{outlying:,} {'lies' if outlying == 1 else 'lie'} far from the others."] if outlying else []
     bad = counts["failed"] or counts["broken"]
     text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
-    return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", text, tuple(lines))
+    return Verdict("bad" if bad else "warn" if outlying or counts["left"] else "good", text, tuple(lines))
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
-    """The warnings of all scans by their kind, the most frequent first: a text, how many scans have it, and some of their names.
+    """Returns the kinds of warnings, the most frequent first: one text, how many scans have the kind, and some of their names.
 
-    Warnings are of one kind if they differ in numbers alone.
+    Warnings that differ only in numbers are of one kind.
     """
-    kinds: dict[str, list[tuple[str, str]]] = {}
+    occurrences: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:
         for text in outcome.warnings:
-            kinds.setdefault(re.sub(r"[-+]?\d[\d.,e+-]*", "#", text), []).append((text, label))
-    found = []
-    for kind in sorted(kinds):
-        names = list(dict.fromkeys(label for _, label in kinds[kind]))
-        found.append({"text": kinds[kind][0][0], "count": len(names), "names": names[:_EXAMPLES]})
-    return sorted(found, key=lambda one: -one["count"])
+            occurrences.setdefault(re.sub(r"[-+]?\d[\d.,e+-]*", "#", text), []).append((text, label))
+    entries = []
+    for kind in sorted(occurrences):
+        names = list(dict.fromkeys(label for _, label in occurrences[kind]))
+        entries.append({"text": occurrences[kind][0][0], "count": len(names), "names": names[:_EXAMPLES]})
+    return sorted(entries, key=lambda entry: -entry["count"])
 
 
 def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
@@ -140,7 +140,7 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
         "name": label,
         "status": outcome.status,
         "page": quote(page) if problem == "" else None,
-        "cells": [_cell(number_of(outcome), asked in far) for _, asked, number_of in _COLUMNS],
+        "cells": [_cell(number_of(outcome), question in far) for _, question, number_of in _COLUMNS],
         "errors": [
             *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
             *([outcome.former] if outcome.former else []),
@@ -150,7 +150,7 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     }
 
 
-def _cell(number: float | None, far: bool) -> dict[str, Any]:
+def _cell(number: float | None, is_far: bool) -> dict[str, Any]:
     if number is None or not math.isfinite(number):
-        return {"text": "-", "value": "", "far": far}
-    return {"text": f"{number:,}" if isinstance(number, int) else f"{number:.3g}", "value": repr(number), "far": far}
+        return {"text": "-", "value": "", "far": is_far}
+    return {"text": f"{number:,}" if isinstance(number, int) else f"{number:.3g}", "value": repr(number), "far": is_far}

@@ -1,6 +1,6 @@
-"""The plan of a batch: the scans that a command line means, each with its recipe, its output and a short name.
+"""Plans a batch: finds the scans that a command line names, and gives each a recipe, an output and a short name.
 
-They are named by files, folders, patterns, lists and tables. No two outputs are the same file.
+Files, folders, patterns, lists and tables name scans. No two outputs are the same file.
 """
 
 import csv
@@ -20,40 +20,39 @@ from ..recipe import Recipe
 from ..running.job import Job
 from ..scripts.warnings import traps
 
-#: extensions that are skipped in a folder, as they are rarely scans; a pattern takes them all the same
+#: extensions that are skipped in folders, since such files are rarely scans; a pattern finds them
 _RARELY_A_MESH = frozenset(("txt",))
 _COLUMNS = ("input", "output")
 
 
 @dataclass(frozen=True)
-class Asked:
-    """One scan as it was asked for."""
+class RequestedScan:
+    """One scan as the command line names it."""
 
-    input: Path  # the mesh file, an absolute path; whether it exists is seen when its turn comes
-    #: its folder below the folder, or the fixed part of the pattern, of the command line; None of a file named there
+    input: Path  # the absolute path of the mesh file, which may not exist
+    #: the folder of the file, relative to the folder (or the fixed part of the pattern) given; None for a file given by name
     folder: Path | None = None
-    output: str | None = None  # its output relative to the folder of the batch, where a table names it
+    output: str | None = None  # from a table, relative to the folder of the batch; None if no table gives one
     overrides: tuple[str, ...] = ()  # ``STEP.PARAM=VALUE``, from the columns of a table
 
 
-def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:
-    """The scans that arguments mean, in their order, each once.
+def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[RequestedScan]:
+    """Returns the scans that arguments name, in their order, without repetition.
 
-    An argument is a mesh file; a folder, with the mesh files in it and below it in the order of their paths, but without hidden
-    and .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
-    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. What a list or a table names is relative to its own
-    folder.
+    An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
+    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument a line; or a table
+    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Paths in a list or a table are relative to its folder.
     """
-    scans: dict[tuple[object, ...], Asked] = {}
+    scans: dict[tuple[object, ...], RequestedScan] = {}
     for argument in arguments:
         for scan in _expanded(argument, Path.cwd(), settings):
             scans.setdefault((scan.input, scan.output, scan.overrides), scan)
     return list(scans.values())
 
 
-def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], list[Path]]:
-    """Scans without those of folders and patterns that a run made of another one, or that lie in the folder of outputs; these."""
-    inputs, kept, outputs = {scan.input for scan in scans}, list[Asked](), list[Path]()
+def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
+    """Separates scans of folders and patterns that are outputs of runs; returns the other scans, and the paths of the outputs."""
+    inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
         is_made = record is not None and Path(str(record["input"].get("path"))) in inputs
@@ -65,20 +64,20 @@ def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], 
 
 
 def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
-    """A short name for each scan: as few of the last parts of its input as no other input ends with.
+    """Returns a short name for each scan: the fewest last parts of the path of its input that are unique.
 
-    An input with several outputs has the name of the output, too.
+    If an input has several outputs, the name of the output follows.
     """
     ends = {path: [Path(*path.parts[-k:]).as_posix() for k in range(1, len(path.parts) + 1)] for path in inputs}
-    counts, rows = Counter(end for own in ends.values() for end in own), Counter(inputs)
+    counts, uses = Counter(end for ends_of_path in ends.values() for end in ends_of_path), Counter(inputs)
     names = [next((end for end in ends[path] if counts[end] == 1), str(path)) for path in inputs]
     return [
-        name if rows[input] == 1 else f"{name} to {output.name}"
+        name if uses[input] == 1 else f"{name} to {output.name}"
         for name, input, output in zip(names, inputs, outputs, strict=True)
     ]
 
 
-def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
+def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:
     if argument.startswith("@"):
         yield from _listed(base / argument[1:], settings)
         return
@@ -87,27 +86,27 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
         root = path.absolute()
         files = sorted(_scans_below(root))
         if not files:
-            raise ParameterError(f"the folder {path} holds no mesh files, nor do the folders below it")
+            raise ParameterError(f"there are no mesh files in the folder {path} and its subfolders")
     elif not path.exists() and glob.has_magic(argument):
         parts = path.absolute().parts
         root = Path(*parts[: next(k for k, part in enumerate(parts) if glob.has_magic(part))])
         files = sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())  # noqa: PTH207 - patterns with folders
         if not files:
-            raise ParameterError(f"no file fits the pattern {argument!r} (looked for {path})")
+            raise ParameterError(f"no file fits the pattern {argument!r} (searched for {path})")
     elif argument == "-" or extension(path) == "csv":
         yield from _table(path, settings)
         return
     elif extension(path) in ("html", "htm"):
         raise ParameterError(f"{argument} is a page, not a scan; --report takes no name, it writes batch.html to the folder")
     else:
-        yield Asked(path.absolute())
+        yield RequestedScan(path.absolute())
         return
     for file in files:
-        yield Asked(file.absolute(), file.absolute().parent.relative_to(root))
+        yield RequestedScan(file.absolute(), file.absolute().parent.relative_to(root))
 
 
 def _scans_below(root: Path) -> Iterator[Path]:
-    """The mesh files in a folder and in those below it."""
+    """Yields the mesh files in a folder and its subfolders."""
     for parent, folders, names in os.walk(root):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for path in (Path(parent, name) for name in names if not name.startswith(".")):
@@ -115,7 +114,7 @@ def _scans_below(root: Path) -> Iterator[Path]:
                 yield path
 
 
-def _listed(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
+def _listed(path: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:
     for number, line in enumerate(_text(path).splitlines(), 1):
         entry = line.strip()
         if not entry or entry.startswith("#"):
@@ -125,7 +124,7 @@ def _listed(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
         yield from _expanded(entry, path.absolute().parent, settings)
 
 
-def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
+def _table(path: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:
     rows = csv.reader(_text(path).splitlines(), strict=True)
     try:
         header = [name.strip() for name in next(rows, [])]
@@ -139,7 +138,7 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
             if not cells["input"]:
                 raise ParameterError(f"{path}:{number}: the cell of the column input is empty")
             overrides = tuple(f"{name}={cell}" for name, cell in cells.items() if name not in _COLUMNS and cell)
-            yield Asked(path.absolute().parent / cells["input"], None, cells.get("output") or None, overrides)
+            yield RequestedScan(path.absolute().parent / cells["input"], None, cells.get("output") or None, overrides)
     except csv.Error as error:
         raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
 
@@ -147,15 +146,15 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
 def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) -> None:
     if "input" not in header:
         raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
-    known = (*_COLUMNS, *settings)
+    allowed = (*_COLUMNS, *settings)
     for name in header:
         if header.count(name) > 1:
             raise ParameterError(f"{path}:1: the column {name!r} is there twice")
-        if name not in known and "." not in name and not name.startswith("#"):
-            near = nearest(name, known)
+        if name not in allowed and "." not in name and not name.startswith("#"):
+            near = nearest(name, allowed)
             raise ParameterError(
                 f"{path}:1: {name!r} is no column that is known; {f'did you mean {near!r}? ' if near else ''}"
-                f"Columns are {', '.join(known)} and STEP.PARAM, and one whose name begins with # is passed over"
+                f"Columns are {', '.join(allowed)} and STEP.PARAM, and a column whose name begins with # is ignored"
             )
 
 
@@ -167,10 +166,10 @@ def _text(path: Path) -> str:
         raise ParameterError(f"cannot read {path}: {(reason or str(error)).lower()}") from None
 
 
-#: placeholders in the name of outputs, which stand for parts of the input's path
+#: placeholders in the name of outputs, for parts of the path of the input
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
-#: so many collisions are named
-_NAMED = 10
+#: the most collisions that a message lists
+_LISTED = 10
 
 
 @dataclass(frozen=True)
@@ -180,13 +179,13 @@ class Scan:
     number: int  # from 1, in the order of the batch
     input: Path
     output: Path  # the file to write
-    overrides: tuple[str, ...]  # changes of the recipe by its own row of a table
+    overrides: tuple[str, ...]  # changes of the recipe from its row of a table
     recipe: Recipe  # with these changes
-    label: str  # a short name that no other scan of the batch has
+    label: str  # a short name, unique in the batch
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
-    """The run of one scan; `memory` is in bytes, where the template gives none."""
+    """Returns the job of one scan; `memory` is its limit in bytes if the template has none."""
     return replace(
         template,
         recipe=scan.recipe,
@@ -200,26 +199,26 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
     )
 
 
-def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str = "") -> list[Scan]:
-    """The scans of a batch; `name` is that of outputs, with `PLACEHOLDERS`, empty for the names of the inputs."""
-    if not asked:
+def plan_scans(requests: Sequence[RequestedScan], recipe: Recipe, folder: Path, name: str = "") -> list[Scan]:
+    """Returns the scans of a batch; `name` is the name of outputs with `PLACEHOLDERS`, or empty for the names of the inputs."""
+    if not requests:
         raise ParameterError("there is no scan to clean")
     variants: dict[tuple[str, ...], Recipe] = {}
     scans = []
-    for number, one in enumerate(asked, 1):
-        if one.overrides not in variants:
-            variants[one.overrides] = recipe.override(one.overrides) if one.overrides else recipe
-        output = Path(os.path.normpath(folder / (one.output or _named(name, one, number))))
+    for number, request in enumerate(requests, 1):
+        if request.overrides not in variants:
+            variants[request.overrides] = recipe.override(request.overrides) if request.overrides else recipe
+        output = Path(os.path.normpath(folder / (request.output or _output_name(name, request, number))))
         if folder not in output.parents:
-            raise ParameterError(f"the output {output} of {one.input} would lie outside the folder {folder}")
-        scans.append(Scan(number, one.input, output, one.overrides, variants[one.overrides], ""))
+            raise ParameterError(f"the output {output} of {request.input} would lie outside the folder {folder}")
+        scans.append(Scan(number, request.input, output, request.overrides, variants[request.overrides], ""))
     _check_collisions(scans)
     names = labels([scan.input for scan in scans], [scan.output for scan in scans])
     return [replace(scan, label=name) for scan, name in zip(scans, names, strict=True)]
 
 
-def _named(name: str, asked: Asked, number: int) -> str:
-    input, folder = asked.input, asked.folder or Path()
+def _output_name(name: str, request: RequestedScan, number: int) -> str:
+    input, folder = request.input, request.folder or Path()
     if not name:
         return str(folder / (input.name if extension(input) in WRITABLE else f"{input.stem}.ply"))
     values = {
@@ -237,16 +236,16 @@ def _named(name: str, asked: Asked, number: int) -> str:
 
 
 def _check_collisions(scans: Sequence[Scan]) -> None:
-    """Refuse a batch in which one scan would write over another, or over an input."""
+    """Refuses a batch in which an output would overwrite another output or an input."""
     by_output = defaultdict(list)
     inputs = {os.path.normcase(os.path.realpath(scan.input)): scan.input for scan in scans}
     for scan in scans:
         by_output[os.path.normcase(scan.output)].append(scan)
     problems = [
-        f"{path}, the output of {scan.input}, is the input {taken}"
+        f"{path}, the output of {scan.input}, is the input {other_input}"
         for scan in scans
         for path in (scan.output, provenance_path(scan.output))
-        if (taken := inputs.get(os.path.normcase(os.path.realpath(path))))
+        if (other_input := inputs.get(os.path.normcase(os.path.realpath(path))))
     ]
     problems += [
         f"{group[0].output} would be the output of {' and of '.join(str(scan.input) for scan in group)}"
@@ -254,8 +253,8 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
         if len(group) > 1
     ]
     if problems:
-        more = f"\n  and {len(problems) - _NAMED:,} more" if len(problems) > _NAMED else ""
-        listed = "\n".join(f"  {problem}" for problem in problems[:_NAMED])
+        more = f"\n  and {len(problems) - _LISTED:,} more" if len(problems) > _LISTED else ""
+        listed = "\n".join(f"  {problem}" for problem in problems[:_LISTED])
         raise ParameterError(
             f"outputs would be lost:\n{listed}{more}\n"
             f"give another folder, or names that differ by --name with {', '.join(PLACEHOLDERS)}"
@@ -263,7 +262,7 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
 
 
 def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """`count` (at least 1) of the scans, spread over the sizes of their files, in the order of the batch."""
+    """Returns `count` scans (at least 1), spread over the sizes of their files, in the order of the batch."""
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))

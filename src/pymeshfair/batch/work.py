@@ -1,4 +1,4 @@
-"""A batch from its plan to its summary: each scan is cleaned, and its page drawn, in a process that is lent for it."""
+"""Carries out a batch, from its plan to its summary: a process lent from a pool cleans each scan or draws its page."""
 
 from __future__ import annotations
 
@@ -37,42 +37,42 @@ from .page import draw, page_path, write_page
 from .plan import Scan, job_of, sample
 
 if TYPE_CHECKING:
-    from .cluster import OfScheduler
+    from .cluster import DaskWorkers
 
-#: seconds to wait for another run of the same output: of a lost worker, which may still be clearing up
+#: seconds to wait for another run of the same output: a lost worker may still be clearing up
 _PATIENCE = 20.0
 #: seconds between checks of the workers
 _PULSE = 1.0
-#: an output in doubles over its input in single precision, at most
+#: the largest expected ratio of output to input bytes: doubles in place of single precision
 _GROWTH = 2.0
-#: files are read and digested by so many threads
+#: threads that read files and compute their checksums
 _READERS = 4
-#: the work on a scan: it is cleaned, or its page is drawn
+#: the task for a scan: clean it, or draw its page
 Kind: TypeAlias = Literal["clean", "draw"]
 
 
 @dataclass(frozen=True)
 class Station:
-    """Does the tasks of a batch in this process and those that it starts. May be used from several threads."""
+    """Does the tasks of a batch in this process and in processes of its pool. Several threads may use it."""
 
     template: Job  # the options that all runs share
     folder: Path  # of the batch
-    pool: Pool  # lends the processes, see `pool_of`; each has its share of processors and memory
+    pool: Pool  # lends processes, see `pool_of`; each gets an equal share of processors and memory
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
-        """Do a task when those before it are done or under way; the future fails if its workers were lost."""
+        """Queues a task; the future fails if its workers were lost."""
         return self.pool.call(self.do, kind, scan)
 
-    def give_up(self) -> None:
-        """End what is under way, and begin nothing more."""
+    def end(self) -> None:
+        """Ends the running tasks, and starts no more."""
         self.pool.close()
 
-    def look(self) -> str | None:
-        """A message about the workers for the user, or None; raises `LostSchedulerError`."""
+    def check(self) -> str | None:
+        """Checks the workers: returns a message for the user, or None; raises `LostSchedulerError` if the scheduler is lost."""
         return None
 
     def do(self, kind: Kind, scan: Scan) -> Any:
-        """Do a task in this thread: the `Outcome`, or the reason why there is no page, empty if there is one."""
+        """Does a task in this thread; returns the `Outcome`, or why there is no page (empty if it was drawn)."""
         usable = this_system().usable_memory()
         share = None if usable is None else usable // self.pool.most
         if kind == "clean":
@@ -112,50 +112,50 @@ class Station:
             except WorkerDied as error:
                 if error.signal != "SIGKILL" or not is_first:
                     raise
-                is_first = False  # by hand, or for want of memory while others ran
+                is_first = False  # killed by a user, or for lack of memory while others ran
             self.pool.check_open()
 
 
 def _share_of_threads(slots: int) -> int:
-    """The threads of each of so many tasks at a time."""
+    """Returns the number of threads of each of `slots` parallel tasks."""
     return max(1, this_system().processors() // slots)
 
 
 def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
-    """Processes for so many tasks at a time, see `Pool`."""
+    """Makes a pool of processes for `slots` parallel tasks, see `Pool`."""
     return workers_of_runs(slots, _share_of_threads(slots), rest_after=rest_after)
 
 
 class Listener(Protocol):
-    """Called on the events of a batch, in the thread that runs it. An exception of a method ends the batch."""
+    """Receives the events of a batch, in the thread that runs it. An exception in a method ends the batch."""
 
-    def begin(self, total: int) -> None: ...  # so many scans are to do
+    def begin(self, total: int) -> None: ...  # the number of scans to do
     def outcome(self, scan: Scan, outcome: Outcome) -> None: ...  # a scan has ended; its outcome is in the journal
-    def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn, or not: what `Station.do` gives
+    def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn; else `problem` says why not
     def note(self, text: str) -> None: ...  # a message about the workers for the user
 
 
 @dataclass
-class Course:
-    """Cleans scans, reports each outcome once it is in the journal, and draws pages of the cleaned scans."""
+class BatchRun:
+    """Cleans scans, reports each outcome after it is in the journal, and draws the pages of cleaned scans."""
 
-    workers: Station | OfScheduler
+    workers: Station | DaskWorkers
     journal: Journal
-    items: Items  # takes signals, and the tasks that have ended
+    items: Items  # the queue of signals and finished tasks
     listener: Listener
-    outcomes: dict[int, Outcome]  # takes those of the scans by their numbers
+    outcomes: dict[int, Outcome]  # by number of the scan; gets the new ones
     draws: bool  # whether pages are drawn
-    stop: bool  # after the first scan that fails
-    pages: dict[str, str] = field(default_factory=dict)  # by output what `Station.do` gave
-    tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # those that have not ended
+    stop: bool  # whether to stop after the first scan that fails
+    pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page, empty if it was drawn
+    tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
     def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
-        """Clean the scans, and draw the pages of others that are done.
+        """Cleans `scans`, and draws the pages of `drawn`, which were done before.
 
         Raises:
             ClusterError: the scheduler stopped.
             BatchError: the journal cannot be written.
-            KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
+            KeyboardInterrupt: Ctrl-C, within a second; a second Ctrl-C ends the process at once.
         """
         try:
             for scan in scans:
@@ -165,7 +165,7 @@ class Course:
             while self.tasks:
                 self._next()
         finally:
-            self.workers.give_up()
+            self.workers.end()
 
     def _submit(self, kind: Kind, scan: Scan) -> None:
         future = self.workers.submit(kind, scan)
@@ -176,7 +176,7 @@ class Course:
         try:
             kind, item = self.items.get(timeout=_PULSE)
         except Empty:
-            if note := self.workers.look():
+            if note := self.workers.check():
                 self.listener.note(note)
             return
         if kind == "signal":
@@ -185,35 +185,35 @@ class Course:
             raise Interrupted
         kind, scan = self.tasks.pop(item)
         try:
-            made = item.result()
+            result = item.result()
         except CancelledError:
             raise LostSchedulerError from None
         except Exception as error:
-            self.workers.look()
-            lost = ClusterError(f"it was lost with its workers: {error}")
-            made = str(lost) if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
+            self.workers.check()
+            lost = ClusterError(f"its workers were lost: {error}")
+            result = str(lost) if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
         if kind == "draw":
-            self.pages[str(scan.output)] = made
-            self.listener.page(scan, made)
+            self.pages[str(scan.output)] = result
+            self.listener.page(scan, result)
             return
-        self.journal.append(made)
-        self.outcomes[scan.number] = made
-        self.listener.outcome(scan, made)
-        if made.status != "done" and self.stop:
+        self.journal.append(result)
+        self.outcomes[scan.number] = result
+        self.listener.outcome(scan, result)
+        if result.status != "done" and self.stop:
             self.tasks.clear()
-        elif made.status != "failed" and self.draws:
+        elif result.status != "failed" and self.draws:
             self._submit("draw", scan)
 
 
 def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
-    """By their numbers the scans whose output is there, made of the same input by the same recipe, limits and versions.
+    """Returns the outcomes, by number, of the scans whose output has the same input, recipe, limits and versions.
 
-    What the journal, the last outcome of each output, tells beyond the provenance is kept.
+    `journal` has the last outcome of each output; it adds what the provenance does not have.
     """
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
 
-    def look(scan: Scan) -> Outcome | None:
+    def outcome_of(scan: Scan) -> Outcome | None:
         record = read_provenance(scan.output)
         if record is None:
             return None
@@ -223,7 +223,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
             if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
-        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # another's document, or a file that is gone
+        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # the document of another program, or a file is gone
             return None
         if outcome.status == "broken" and not template.keep_broken:
             return None
@@ -231,11 +231,11 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
         return replace(former if former is not None and former.digests == outcome.digests else outcome, resumed=True)
 
     with ThreadPoolExecutor(_READERS) as pool:
-        return {scan.number: outcome for scan, outcome in zip(scans, pool.map(look, scans), strict=True) if outcome}
+        return {scan.number: outcome for scan, outcome in zip(scans, pool.map(outcome_of, scans), strict=True) if outcome}
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Of an output its recipe, the digests of further layers, the limits that it kept, and the versions of packages."""
+    """Returns the checksums of the recipe and of further layers, the limits, and the versions of packages of an output."""
     return (
         record["recipe"]["sha256"],
         [other["sha256"] for other in record["input"]["others"]],
@@ -245,7 +245,7 @@ def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
-    """Whether the files of a record are what they were, input and output with all that belongs to them."""
+    """Returns whether input, output and side files still have the checksums of the record."""
     described = [record["output"], *record["output"].get("side_files", ()), *record["input"]["side_files"]]
     pairs = [(scan.input, record["input"]["sha256"]), *((Path(f["path"]), f["sha256"]) for f in described)]
     return Path(record["output"]["path"]) == scan.output and all(p.is_file() and sha256_of(p) == digest for p, digest in pairs)
@@ -253,43 +253,43 @@ def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
 
 @dataclass(frozen=True)
 class Prospect:
-    """The work that a batch would do."""
+    """A preview of a batch: which scans are to do, and the room on the disk."""
 
-    states: Mapping[int, str]  # of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number
-    problems: Mapping[int, str]  # of those that cannot be done why, by their numbers
-    bytes_in: int  # of the inputs that are to do
-    bytes_free: int | None  # where the outputs go, or None where the system does not say
+    states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
+    problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
+    bytes_in: int  # of the inputs to do
+    bytes_free: int | None  # on the disk of the outputs, or None if unknown
 
     @property
     def lacks_room(self) -> bool:
-        """Whether the outputs probably do not fit on the disk."""
+        """Returns whether the outputs may not fit on the disk."""
         return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
 
 
 @dataclass
 class Task:
-    """One batch."""
+    """One batch: its scans and options, and the methods that preview it and carry it out."""
 
-    scans: Sequence[Scan]  # all of them
-    template: Job  # of their runs: what all scans share
-    folder: Path  # where outputs go, an absolute path; made if need be
+    scans: Sequence[Scan]  # all scans
+    template: Job  # the options that all runs share
+    folder: Path  # the folder of outputs, an absolute path; is made if it does not exist
     scheduler: Scheduler | None  # of dask; None for this machine
-    jobs: int  # scans at a time on this machine
+    jobs: int  # parallel scans on this machine
     _: KW_ONLY
-    resume: bool = False  # skip what is done
-    stop: bool = False  # give up after the first scan that fails
-    sample: int | None = None  # do only so many, spread by size
-    report: bool = False  # make a page of every scan that is done, and one of the batch
-    written: tuple[Path, ...] = field(default=(), init=False)  # the files about the batch as a whole, once they are there
+    resume: bool = False  # skip scans that are done
+    stop: bool = False  # stop after the first scan that fails
+    sample: int | None = None  # do only so many scans, spread by size
+    report: bool = False  # make a page for every cleaned scan, and one for the batch
+    written: tuple[Path, ...] = field(default=(), init=False)  # the files about the whole batch
 
     def look_ahead(self) -> Prospect:
-        """The work that would be done; nothing is written."""
+        """Previews the batch; writes nothing."""
         if self.folder.is_dir():
             self._check_own_files()
         return self._prospect(self._done(read_journal(self.folder / NAME)))
 
     def _prospect(self, done: Collection[int]) -> Prospect:
-        """What can be seen without opening a mesh."""
+        """Checks all that can be checked without reading a mesh; `done` has the numbers of finished scans."""
         template = self.template
         check_needs(template.recipe.script, layers=1 + len(template.others))
         if not template.measures:
@@ -312,15 +312,12 @@ class Task:
         states = {scan.number: "done" if scan.number in done else "to do" for scan in self.scans}
         free = None
         with suppress(OSError):
-            there = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
-            free = shutil.disk_usage(there).free
+            existing = next((parent for parent in (self.folder, *self.folder.parents) if parent.exists()), self.folder)
+            free = shutil.disk_usage(existing).free
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
-
-        Of a former batch they are if the journal is one, see `read_journal`.
-        """
+        """Refuses a folder with files of these names that are not from a former batch, whose journal `read_journal` can read."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):
@@ -331,7 +328,7 @@ class Task:
 
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
-        """Processes of this machine for `carry_out`, which are started as soon as the context is entered."""
+        """Starts processes of this machine for `carry_out`; yields None with a scheduler."""
         if self.scheduler is not None:
             yield None
             return
@@ -340,7 +337,7 @@ class Task:
             yield pool
 
     def carry_out(self, listener: Listener, pool: Pool | None = None) -> Summary:
-        """Do it, and write ``batch.json`` and ``batch.csv``, also if interrupted, and ``batch.html`` if a report is wanted."""
+        """Does the batch; writes ``batch.json`` and ``batch.csv``, also after Ctrl-C, and ``batch.html`` for a report."""
         started, clock = now(), time.monotonic()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -351,7 +348,7 @@ class Task:
             outcomes = self._done(journal.before)
             if journal.before and not self.resume:
                 listener.note(
-                    f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
+                    f"the journal of {len(journal.before):,} scans in {self.folder} is replaced; --resume would continue it"
                 )
             if self._prospect(outcomes).lacks_room:
                 listener.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
@@ -364,11 +361,11 @@ class Task:
             try:
                 if todo or drawn:
                     with self._workers(todo or drawn, pool) as (workers, items):
-                        course = Course(workers, journal, items, listener, outcomes, self.report, self.stop)
-                        course.run(todo, drawn)
-                        pages = course.pages
+                        run = BatchRun(workers, journal, items, listener, outcomes, self.report, self.stop)
+                        run.run(todo, drawn)
+                        pages = run.pages
             finally:
-                if outcomes:  # else nothing was begun, and the files of a former batch stay
+                if outcomes:  # without any the files of a former batch stay
                     ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
                     seconds = time.monotonic() - clock
                     summary = Summary(ordered, len(self.scans), self.template, started=started, finished=now(), seconds=seconds)
@@ -378,8 +375,8 @@ class Task:
         return summary
 
     @contextmanager
-    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | OfScheduler, Items]]:
-        """The workers for some scans, and what they and signals put into; raises `ClusterError` if workers do not fit."""
+    def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | DaskWorkers, Items]]:
+        """Opens the workers for scans, and a queue of items and signals; raises `ClusterError` if workers are unfit."""
         items: Items = SimpleQueue()
         if self.scheduler is None:
             with Interrupts(items):

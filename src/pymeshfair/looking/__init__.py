@@ -1,1 +1,1 @@
-"""Looking at meshes without MeshLab's window: measures and comparison as data, pictures as functions of arrays."""
+"""Measures and compares meshes, and draws pictures of them, without the window of MeshLab."""

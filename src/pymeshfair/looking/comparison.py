@@ -1,6 +1,6 @@
-"""Comparison of two meshes: the distance of each surface from the other, and what was kept, lost, added and removed.
+"""Compares two meshes: distances between the surfaces, changes of shape and faces, and attributes kept, lost and gained.
 
-Two quantities, never mixed: the distance between the surfaces, and the displacement of vertices that are the same in both.
+There are two quantities: the distance between the surfaces, and the displacement of vertices, if both meshes have the same.
 """
 
 import io
@@ -33,14 +33,14 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: vertices of a mesh beyond which a quarter of it gives the same noise, in a quarter of the time and memory
+#: the most vertices of a mesh whose noise is estimated on all of it; on larger ones a quarter gives the same estimate
 MOST_OF_NOISE = 100_000
-#: cells of that part along the longest side of the box
+#: cells of the grid that divides a large mesh, along the longest side of its box
 _CELLS = 8
 
-#: mean edges of the first mesh: a place further than that from the other surface was added or removed
+#: in mean edges of the first mesh: the distance from the other surface above which area counts as added or removed
 _APART = 1.0
-#: of the largest coordinate: points no further apart are the same place
+#: relative to the largest coordinate: the distance up to which points coincide
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
 
@@ -50,107 +50,106 @@ class MeshState:
 
     mesh: MeshData
     #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
-    #: that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for; ``noise``, the standard
-    #: deviation along the normals in mesh units, None of a cloud, above `MOST_OF_NOISE` vertices that of about a quarter of them;
-    #: ``sharp_edge_length``
+    #: that are not the outer border of a sheet; ``self_intersecting_faces``, None if not searched; ``noise``, the standard
+    #: deviation along the normals in mesh units, None for a cloud, of `part_for_noise`; ``sharp_edge_length``
     measures: dict[str, Any]
     sharp: SharpEdges  # the sharp edges
 
     @property
     def diagonal(self) -> float:
-        """Of the bounding box, in mesh units."""
+        """Returns the diagonal of the bounding box in mesh units."""
         return float(self.measures["diagonal"])
 
     @property
     def mean_edge(self) -> float:
-        """In mesh units; of a cloud the mean distance to the nearest point."""
+        """Returns the mean edge in mesh units; for a cloud the mean distance to the nearest point."""
         return float(self.measures["mean_edge"] or self.measures["mean_spacing"] or 0.0)
 
 
 def state_of(read: ReadMesh) -> MeshState:
-    """Measure a mesh."""
+    """Measures a mesh."""
     mesh = read.mesh
-    # About the middle, as squares of coordinates are taken below.
+    # Relative to the mean vertex, since coordinates are squared below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
-    holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]
+    holes = [kind for kind in outer_borders(border.loops, local, mesh.faces) if kind == "no"]
     sharp = sharp_edges(mesh.vertices, mesh.faces)
     cuts = read.self_intersecting
-    more = {
+    further_measures = {
         "border_loops": len(border.loops) + len(border.broken),
         "holes": len(holes),
         "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
         "noise": estimate_noise(*part_for_noise(mesh.vertices, mesh.faces)).length if len(mesh.faces) else None,
         "sharp_edge_length": math.fsum(sharp.lengths),
     }
-    return MeshState(mesh, {**read.measures, **more}, sharp)
+    return MeshState(mesh, {**read.measures, **further_measures}, sharp)
 
 
 def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """A mesh; of a large one the faces within about a quarter of the cells of a grid, spread over all of it."""
+    """Returns the mesh; for a large mesh, the faces within about a quarter of the cells of a grid, spread over all of it."""
     low, high = bounding_box(vertices)
     size = float((high - low).max())
     if len(vertices) <= MOST_OF_NOISE or not size > 0.0:
         return vertices, faces
     i, j, k = ((vertices - low) * (_CELLS / size)).astype(np.int64).T
-    chosen = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash, so that no plane of cells is all or nothing
-    inside = chosen[faces].all(axis=1)
-    if 8 * np.count_nonzero(inside) < len(faces):  # a vertex far away has made the cells too large
+    in_part = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash: it takes a part of every plane of cells
+    inside = in_part[faces].all(axis=1)
+    if 8 * np.count_nonzero(inside) < len(faces):  # a stray vertex has made the cells too large
         return vertices, faces
-    number = np.cumsum(chosen) - 1
-    return vertices[chosen], number[faces[inside]].astype(faces.dtype)
+    row_of_vertex = np.cumsum(in_part) - 1
+    return vertices[in_part], row_of_vertex[faces[inside]].astype(faces.dtype)
 
 
 @dataclass(frozen=True)
 class Area:
-    """A part of a surface that lies out of the tolerance; its faces share vertices."""
+    """A part of a surface that is out of tolerance: faces connected by vertices."""
 
-    mesh: str  # "after", or "before" of what the second mesh does not have
-    place: tuple[float, float, float]  # (x, y, z) where it lies furthest from the other surface
-    amount: float  # how far that is, above 0 on the outer side of the other surface; in mesh units, as the next one
-    size: float  # the diagonal of its box
-    area: float  # of it, in square mesh units
+    mesh: str  # the mesh of this surface: "before" or "after"
+    place: tuple[float, float, float]  # (x, y, z) of its point that is furthest from the other surface
+    amount: float  # the distance of that point in mesh units, above 0 on the outer side of the other surface
+    size: float  # the diagonal of its box in mesh units
+    area: float  # in square mesh units
 
 
 @dataclass(frozen=True)
 class LengthIn:
     """A length in three units."""
 
-    mesh_units: float  # as the coordinates have it
-    mean_edges: float | None  # over the mean edge of the first mesh; None if it has none
-    percent_of_diagonal: float | None  # over the diagonal of its bounding box; None if that is 0
+    mesh_units: float  # the unit of the coordinates
+    mean_edges: float | None  # in mean edges of the first mesh; None if it has no edges
+    percent_of_diagonal: float | None  # of its bounding box; None if the diagonal is 0
 
 
 @dataclass(frozen=True)
 class Moved:
-    """Displacement of the vertices that are the same in both meshes."""
+    """The displacement of vertices, if both meshes have the same vertices and faces."""
 
-    mean: LengthIn  # of the distances
-    rms: LengthIn  # the root of the mean of their squares
-    most: LengthIn  # the distance that 99 % of them keep below
-    largest: LengthIn  # of the distances
-    vertex: int  # the vertex of the second mesh that has it
-    place: tuple[float, float, float]  # (x, y, z) of that vertex
+    mean: LengthIn
+    rms: LengthIn  # the root mean square
+    most: LengthIn  # the 99th percentile
+    largest: LengthIn
+    vertex: int  # the vertex with the largest displacement
+    place: tuple[float, float, float]  # (x, y, z) of that vertex in the second mesh
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances of one surface from the other, in samples on its faces by area; in a cloud in its points.
+    """Distances of one surface from the other: at samples of its faces, weighted by area, or at the points of a cloud.
 
-    The sign is that of the outer side of the other surface. Errors are twice the standard error of as many random samples.
+    Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of as many random samples.
     """
 
-    samples: int  # how many
+    samples: int  # the number of samples
     mean: LengthIn  # of the signed distances
-    mean_size: LengthIn  # of the distances without sign
-    rms: LengthIn  # the root of the mean of their squares
-    standard_deviation: LengthIn  # of the signed distances about their mean
-    percentiles: Mapping[str, LengthIn]  # what 50, 90, 95 and 99 % of the area keep below without sign, by "50" ..
-    largest: LengthIn  # the largest distance without sign, which faces were searched for
-    place: tuple[float, float, float]  # (x, y, z) where that is
-    at_most: LengthIn  # no place of the surface lies further
+    mean_size: LengthIn  # of the absolute distances
+    rms: LengthIn  # the root mean square
+    standard_deviation: LengthIn  # of the signed distances
+    percentiles: Mapping[str, LengthIn]  # of the absolute distances, for the keys "50", "90", "95" and "99"
+    largest: LengthIn  # the largest absolute distance, found by a search within faces
+    place: tuple[float, float, float]  # (x, y, z) of the point with the largest distance
+    at_most: LengthIn  # an upper bound of the distance of every point of the surface
     within: float | None  # the share of the area within the tolerance; None without a tolerance
-    mean_error: LengthIn  # of `mean`; of the next ones so
+    mean_error: LengthIn  # the error of `mean`, and so on
     mean_size_error: LengthIn
     rms_error: LengthIn
     within_error: float | None
@@ -158,46 +157,46 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two meshes compared."""
+    """The comparison of two meshes."""
 
     before: dict[str, Any]  # `MeshState.measures` of the first
-    after: dict[str, Any]  # those of the second
-    after_from_before: Deviation  # how far the second surface lies from the first
-    before_from_after: Deviation  # how far the first lies from the second; above 0 are places on the outer side of the second
+    after: dict[str, Any]  # `MeshState.measures` of the second
+    after_from_before: Deviation  # distances of the second surface from the first
+    before_from_after: Deviation  # distances of the first surface from the second
     hausdorff: LengthIn  # the larger of the two largest distances
-    hausdorff_at_most: LengthIn  # it is no larger than that
-    rounding: float  # of coordinates of such a size; points no further apart are the same place
-    same_surface: bool  # whether the surfaces lie no further apart than that, everywhere
-    displacement: Moved | None  # of the vertices; None unless both meshes have as many of them, and the same faces
-    area_change: float | None  # in percent, None without area before
-    volume_change: float | None  # in percent, None unless both have a volume that is not 0
-    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None of clouds
+    hausdorff_at_most: LengthIn  # an upper bound of the Hausdorff distance
+    rounding: float  # the distance up to which points coincide, for the size of these coordinates
+    same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
+    displacement: Moved | None  # None unless both meshes have the same number of vertices, and the same faces
+    area_change: float | None  # in percent; None if the first has no area
+    volume_change: float | None  # in percent; None unless both have a volume and the first is not 0
+    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # faces of the second mesh that look away from where the first does there, by more than 90 degrees
-    sharp_edges_kept: float | None  # the share of the length of sharp edges that have one within a mean edge; None without any
-    added_area: float | None  # of the second mesh further than a mean edge from the first
-    removed_area: float | None  # of the first further than a mean edge from the second
-    attributes_kept: tuple[str, ...]  # attributes of both meshes; then those of one alone
-    attributes_lost: tuple[str, ...]
-    attributes_gained: tuple[str, ...]
-    tolerance: LengthIn | None = None  # within which the surfaces should lie; without one the next two are empty
-    passed: bool | None = None  # whether neither lies further from the other than the tolerance
-    out_of_tolerance: tuple[Area, ...] = ()  # the areas that lie further, the furthest first
-    sharp_angle: float = SHARP  # degrees from which on an edge counts as sharp
+    flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
+    sharp_edges_kept: float | None  # the share of the length of sharp edges that are within a mean edge of one of `after`
+    added_area: float | None  # of the second mesh, further than a mean edge from the first
+    removed_area: float | None  # of the first mesh, further than a mean edge from the second
+    attributes_kept: tuple[str, ...]  # attributes of both meshes
+    attributes_lost: tuple[str, ...]  # attributes of the first mesh alone
+    attributes_gained: tuple[str, ...]  # attributes of the second mesh alone
+    tolerance: LengthIn | None = None  # the largest allowed distance, or None
+    passed: bool | None = None  # whether all distances are within the tolerance; None without one
+    out_of_tolerance: tuple[Area, ...] = ()  # the areas beyond the tolerance, the furthest first
+    sharp_angle: float = SHARP  # the least dihedral angle of a sharp edge, in degrees
 
 
-#: of `Deviation`, what the distances have by the same names
+#: the lengths of `Deviation` that the statistics of distances have under the same names
 _LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
 
 
 def same_elements(first: MeshData, second: MeshData) -> bool:
-    """Whether both have as many vertices and the same faces, so that vertices of the same number are the same."""
+    """Returns whether two meshes have the same number of vertices and the same faces."""
     return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Two meshes and their comparison, place by place, too."""
+    """Two meshes, their comparison, and the distances at each sample."""
 
     before: MeshState  # the first
     after: MeshState  # the second
@@ -207,42 +206,43 @@ class Compared:
 
     @property
     def meshes(self) -> dict[str, MeshData]:
-        """Both by their names."""
+        """Returns both meshes by name."""
         return {"before": self.before.mesh, "after": self.after.mesh}
 
     @property
     def tolerance(self) -> float:
-        """In mesh units; 0 without one."""
+        """Returns the tolerance in mesh units; 0 without one."""
         return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
 
 
 def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> Compared:
-    """Compare two meshes or clouds; the tolerance is in mesh units."""
+    """Compares two meshes or clouds; the tolerance is in mesh units."""
     first, second = before.mesh, after.mesh
-    # One after the other: what searches need takes as much memory as all the rest.
-    there = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
-    here = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
+    # The two searches run in turn, since each takes as much memory as all the rest.
+    after_distance = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
+    before_distance = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
     same_vertices = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
         edge, diagonal = before.mean_edge, before.diagonal
         return LengthIn(float(value), float(value / edge) if edge else None, float(100 * value / diagonal) if diagonal else None)
 
-    judged: dict[str, Any] = {}
+    verdict: dict[str, Any] = {}
     if tolerance is not None:
-        areas = [*_out_of_tolerance("after", after, there, tolerance), *_out_of_tolerance("before", before, here, tolerance)]
+        sides = ("after", after, after_distance), ("before", before, before_distance)
+        areas = [area for side in sides for area in _out_of_tolerance(*side, tolerance)]
         ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
-        passed = max(there.largest, here.largest) <= tolerance
-        judged = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
-    at_most = max(there.at_most, here.at_most)
+        passed = max(after_distance.largest, before_distance.largest) <= tolerance
+        verdict = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
+    at_most = max(after_distance.at_most, before_distance.at_most)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
-    had, has = (attributes_of(mesh) for mesh in (first, second))
+    attributes_before, attributes_after = (attributes_of(mesh) for mesh in (first, second))
     comparison = Comparison(
         before=before.measures,
         after=after.measures,
-        after_from_before=_deviation(there, tolerance, length),
-        before_from_after=_deviation(here, tolerance, length),
-        hausdorff=length(max(there.largest, here.largest)),
+        after_from_before=_deviation(after_distance, tolerance, length),
+        before_from_after=_deviation(before_distance, tolerance, length),
+        hausdorff=length(max(after_distance.largest, before_distance.largest)),
         hausdorff_at_most=length(at_most),
         rounding=rounding,
         same_surface=at_most <= rounding,
@@ -250,28 +250,28 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
-        attributes_kept=tuple(a for a in ATTRIBUTES if a in had and a in has),
-        attributes_lost=tuple(a for a in ATTRIBUTES if a in had and a not in has),
-        attributes_gained=tuple(a for a in ATTRIBUTES if a in has and a not in had),
-        **judged,
-        **_faces(before, after, there, here, same_faces=same_vertices),
+        attributes_kept=tuple(a for a in ATTRIBUTES if a in attributes_before and a in attributes_after),
+        attributes_lost=tuple(a for a in ATTRIBUTES if a in attributes_before and a not in attributes_after),
+        attributes_gained=tuple(a for a in ATTRIBUTES if a in attributes_after and a not in attributes_before),
+        **verdict,
+        **_faces(before, after, after_distance, before_distance, same_faces=same_vertices),
     )
-    return Compared(before, after, comparison, there, here)
+    return Compared(before, after, comparison, after_distance, before_distance)
 
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
-    """The parts of a surface, or points of a cloud, that lie further from another one than the tolerance."""
-    mesh, over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)
-    if not len(over):
+    """Yields the connected parts of a surface, or the points of a cloud, that are out of tolerance."""
+    mesh, rows_over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)
+    if not len(rows_over):
         return
-    part = np.arange(len(over))
+    part = np.arange(len(rows_over))
     if len(mesh.faces):
-        faces, row = np.unique(distance.faces[over], return_inverse=True)
+        faces, row = np.unique(distance.faces[rows_over], return_inverse=True)
         parts, _ = connected_components(mesh.faces[faces], len(mesh.vertices))
         part = parts[mesh.faces[faces, 0]][row]
-    order = np.lexsort((-np.abs(distance.distances[over]), part))
+    order = np.lexsort((-np.abs(distance.distances[rows_over]), part))
     starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    for rows in np.split(over[order], starts[1:]):
+    for rows in np.split(rows_over[order], starts[1:]):
         places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
         x, y, z = places[0].tolist()
         size = float(np.linalg.norm(np.ptp(places, axis=0)))
@@ -292,47 +292,48 @@ def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Calla
     x, y, z = distance.furthest.tolist()
     lengths = {name: length(statistics[name]) for name in _LENGTHS}
     percentiles = {percent: length(value) for percent, value in statistics["percentiles"].items()}
-    more = {"percentiles": percentiles, "largest": length(distance.largest), "at_most": length(distance.at_most)}
-    return Deviation(**{**statistics, **lengths, **more, "place": (x, y, z)})
+    further_measures = {"percentiles": percentiles, "largest": length(distance.largest), "at_most": length(distance.at_most)}
+    return Deviation(**{**statistics, **lengths, **further_measures, "place": (x, y, z)})
 
 
 def _change(before: float | None, after: float | None) -> float | None:
-    """In percent."""
+    """Returns the change in percent."""
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 
 def _faces(
-    before: MeshState, after: MeshState, there: SurfaceDistance, here: SurfaceDistance, *, same_faces: bool
+    before: MeshState, after: MeshState, samples: SurfaceDistance, samples_before: SurfaceDistance, *, same_faces: bool
 ) -> dict[str, Any]:
-    """Measures of faces from the samples of two meshes; all None if one of them has no faces."""
+    """Compares normals and areas of faces at the samples of two meshes; all values are None if one has no faces."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)
-    old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
-    angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
+    before_normals, after_normals = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
+    angles, has_angle = np.empty(len(samples.faces)), np.empty(len(samples.faces), dtype=np.bool_)
     for part in blocks(len(angles)):
-        normals, ground = new[there.faces[part]], old[(there.faces if same_faces else there.elements)[part]]
-        angles[part] = np.degrees(angles_between(ground, normals))
-        counted[part] = normals.any(axis=1) & ground.any(axis=1)
-    turned = np.bincount(there.faces[counted], np.where(angles[counted] > 90.0, 1.0, -1.0))
-    weights = there.weights * counted
-    apart = _APART * before.mean_edge
+        normals = after_normals[samples.faces[part]]
+        reference = before_normals[(samples.faces if same_faces else samples.elements)[part]]
+        angles[part] = np.degrees(angles_between(reference, normals))
+        has_angle[part] = normals.any(axis=1) & reference.any(axis=1)
+    votes = np.bincount(samples.faces[has_angle], np.where(angles[has_angle] > 90.0, 1.0, -1.0))
+    weights = samples.weights * has_angle
+    threshold = _APART * before.mean_edge
     values = (
         float(angles @ weights / weights.sum()) if weights.any() else None,
-        float(angles[counted].max()) if counted.any() else None,
-        int((turned > 0.0).sum()),
-        float(after.measures["area"] * there.weights[np.abs(there.distances) > apart].sum()),
-        float(before.measures["area"] * here.weights[np.abs(here.distances) > apart].sum()),
+        float(angles[has_angle].max()) if has_angle.any() else None,
+        int((votes > 0.0).sum()),
+        float(after.measures["area"] * samples.weights[np.abs(samples.distances) > threshold].sum()),
+        float(before.measures["area"] * samples_before.weights[np.abs(samples_before.distances) > threshold].sum()),
     )
     return dict(zip(names, values, strict=True))
 
 
-#: the extensions of files with the distance of every vertex from the other surface: a table, or a mesh whose scalar it is
+#: the extensions of files with the distances of vertices: a table, or a mesh with the distance as its scalar
 FORMATS = ("csv", "ply")
 
 
 def deviations_file(mesh: MeshData, distances: Floats, extension: str) -> bytes:
-    """The bytes of a file of `FORMATS` with (n,) distances, how far outwards each vertex lies, as exact as in memory."""
+    """Returns a file of `FORMATS` with the (n,) signed distances of vertices, in full precision."""
     file = io.BytesIO()
     if extension == "csv":
         rows = np.column_stack([np.arange(len(distances)), mesh.vertices, distances])

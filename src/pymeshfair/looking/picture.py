@@ -1,6 +1,6 @@
-"""A picture of several meshes from one camera, side by side, with titles, a scale bar, and a colour bar for their measures.
+"""Draws several meshes side by side, with titles, a scale bar, and a colour bar for a measure.
 
-The camera is one parallel projection for all of them, so that lengths can be read off the picture.
+One camera with a parallel projection draws all of them, so that lengths can be measured in the picture.
 """
 
 import math
@@ -31,42 +31,42 @@ from ..filters.inspection import (
 from ..filters.mesh import bounding_box
 from ..mesh_data import MeshData
 from .comparison import same_elements
-from .shading import Camera, Scene, render, texture_of, turned
+from .shading import Camera, Scene, render, rotated, texture_of
 
-# ------------------------------------------------------------------------------------- measures that become colours
+# ------------------------------------------------------------------------------------------------ colours of measures
 
-#: the colour of distances within a tolerance, and where on the map, from the middle to an end, colours begin beyond it
+#: the colour within a tolerance; the position on the colour map, from 0 (middle) to 1 (end), where colours beyond it begin
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers on the vertices or faces of one mesh."""
+    """Numbers of the vertices or faces of one mesh."""
 
     values: Floats  # (n,) or (m,)
-    by_face: bool = False  # whether they belong to faces
+    by_face: bool = False  # whether the values belong to faces
 
 
 @dataclass(frozen=True)
 class Coloring:
-    """A measure that becomes a colour."""
+    """A measure that is drawn as colours."""
 
     label: str  # the text at the colour bar
-    #: the numbers of a mesh, from the mesh and a reference; None where the mesh has none
+    #: computes the numbers from a mesh and the reference mesh; None if the mesh has none
     of: Callable[[MeshData, MeshData], Numbers | None]
-    diverging: bool  # whether 0 is the middle, and has the middle colour
-    limits: Limits | None = None  # the ends of the colour bar, where they do not follow from the numbers
-    alone: str = "the meshes have none"  # why a mesh has no such numbers, in words
+    diverging: bool  # whether 0 has the middle colour of the bar
+    limits: Limits | None = None  # the ends of the colour bar, or None to compute them from the numbers
+    reason: str = "the meshes have none"  # why the meshes may have no such numbers
 
     def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
-        """The ends of one colour bar for several meshes."""
+        """Returns the ends of one colour bar for several meshes."""
         if self.limits is not None:
             return self.limits
         values = np.concatenate([n.values for n in numbers])
         return symmetric_limits(values) if self.diverging else robust_limits(values)
 
     def colors(self, values: Floats, limits: Limits, tolerance: float = 0.0) -> Floats:
-        """(k, 3) red, green, blue from 0 to 1 of (k,) numbers; diverging ones up to a tolerance have one colour."""
+        """Returns (k, 3) RGB colours from 0 to 1 of (k,) numbers; diverging numbers within the tolerance have one colour."""
         if not self.diverging:
             return sequential_colors(values, limits)[:, :3]
         if not tolerance > 0.0:
@@ -78,7 +78,7 @@ class Coloring:
 
 
 def in_unit(label: str, unit: str | None) -> str:
-    """The label of a coloring with the unit of the scan in place of mesh units; unchanged without a unit."""
+    """Replaces mesh units in the label of a coloring by the unit of the scan, if there is one."""
     return re.sub("mesh units?", unit, label) if unit else label
 
 
@@ -113,13 +113,13 @@ COLORINGS: Mapping[str, Coloring] = {
         "distance from the first surface (mesh units, outwards above 0)",
         _distance,
         diverging=True,
-        alone="it takes a second mesh, whose distance from the surface of the first is shown",
+        reason="it takes a second mesh, whose distance from the surface of the first is shown",
     ),
     "displacement": Coloring(
         "displacement of the vertices (mesh units)",
         _displacement,
         diverging=False,
-        alone="it takes a second mesh of the same vertices and faces as the first; 'distance' compares any two surfaces",
+        reason="it takes a second mesh of the same vertices and faces as the first; 'distance' compares any two surfaces",
     ),
     "shape": Coloring(
         "triangle shape (1: equilateral)",
@@ -131,12 +131,12 @@ COLORINGS: Mapping[str, Coloring] = {
 }
 
 
-#: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
+#: colorings without numbers: clay, the colours of the mesh itself, and reflection lines
 OTHERS = ("plain", "own", "reflection")
 
 
 def check_coloring(name: str) -> None:
-    """Raise `ParameterError` with the nearest name if there is no such coloring."""
+    """Raises `ParameterError` with the nearest name if there is no such coloring."""
     names = [*OTHERS, *COLORINGS]
     if name not in names:
         near = nearest(name, names)
@@ -145,16 +145,16 @@ def check_coloring(name: str) -> None:
 
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
-    """The numbers of each mesh; the first one is the reference."""
+    """Returns the numbers of each mesh; the first mesh is the reference."""
     numbers = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
     if not any(numbers):
-        raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")
+        raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].reason}")
     return numbers
 
 
-# ----------------------------------------------------------------------------------------------------- from where
+# -------------------------------------------------------------------------------------------------------------- views
 
-#: azimuth and elevation in degrees of each view that has a name
+#: azimuth and elevation in degrees of the named views
 VIEWS = {
     "front": (0.0, 0.0),
     "back": (180.0, 0.0),
@@ -164,12 +164,12 @@ VIEWS = {
     "bottom": (0.0, -90.0),
     "iso": (35.0, 25.0),
 }
-#: the share of a picture that is left free on every side
+#: the width of the margin on every side, as a share of the picture
 _MARGIN = 0.03
 
 
 def view_angles(text: str) -> tuple[float, float]:
-    """Azimuth and elevation in degrees of ``"front"``, ``"iso"`` ... or ``"AZ,EL"``."""
+    """Returns azimuth and elevation in degrees of ``"front"``, ``"iso"`` ... or ``"AZ,EL"``."""
     if text in VIEWS:
         return VIEWS[text]
     try:
@@ -184,10 +184,10 @@ def view_angles(text: str) -> tuple[float, float]:
 
 
 def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
-    """(3, 3) the directions to the right, upwards and to the eye; `up` is the upright axis, "y" as scanners have it, or "z".
+    """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
 
-    The eye goes by `azimuth` degrees to the right round that axis, and by `elevation` degrees up. At 0 it looks along -z if y is
-    up, along +y if z is up.
+    The eye moves `azimuth` degrees to the right around that axis, and `elevation` degrees up. With both 0 it looks along -z if y
+    is up, and along +y if z is up.
     """
     a, e = math.radians(azimuth), math.radians(elevation)
     eye = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
@@ -201,19 +201,19 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
-    """The camera in whose window, `aspect` times as wide as high, all points of (n, 3) clouds are."""
-    # About one of the points, as coordinates far from the origin lose digits when they are turned.
+    """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is its width over its height."""
+    # Relative to one of the points, since large coordinates lose digits in the rotation.
     origin = next(points[0] for points in clouds if len(points))
-    ends = [bounding_box(turned(points - origin, rows)) for points in clouds if len(points)]
+    ends = [bounding_box(rotated(points - origin, rows)) for points in clouds if len(points)]
     low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
     width, height = (high - low)[:2] / (1.0 - 2.0 * _MARGIN)
     height = max(float(height), float(width) / aspect) or 1.0
     return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)
 
 
-# ----------------------------------------------------------------------------------------------------- the panels
+# ------------------------------------------------------------------------------------------------------------- panels
 
-#: the share of a panel's width that a scale bar takes at most
+#: the greatest length of a scale bar, as a share of the width of a panel
 _SCALE_BAR = 0.25
 
 
@@ -221,24 +221,24 @@ _SCALE_BAR = 0.25
 class Appearance:
     """The settings of a picture."""
 
-    color: str = "plain"  # one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`
+    color: str = "plain"  # one of `COLORINGS` or `OTHERS`
     azimuth: float = 0.0  # see `view_rows`
     elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
-    centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None for the whole
+    centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None to show all
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
     width: int = 640  # of a panel, in pixels
-    height: int = 640
-    stripes: float = 8.0  # of reflection lines, all round
+    height: int = 640  # of a panel, in pixels
+    stripes: float = 8.0  # number of reflection lines over all directions
     titles: bool = True  # whether every panel has a title
-    label: str = ""  # the text at the colour bar; the words of the coloring if it is empty
-    columns: int = 4  # panels beside each other; more go below
-    limits: Limits | None = None  # the ends of the colour bar; those of the numbers if it is None
-    tolerance: float = 0.0  # distances up to it have one colour; 0 for none
-    unit: str = ""  # of the scan, or empty
+    label: str = ""  # the text at the colour bar; empty for that of the coloring
+    columns: int = 4  # the most panels in a row
+    limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
+    tolerance: float = 0.0  # distances within it have one colour; 0 for none
+    unit: str = ""  # the unit of the scan, or empty
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
-        """The one camera for all meshes."""
+        """Returns the camera for all meshes."""
         rows, aspect = view_rows(self.azimuth, self.elevation, self.up), self.width / self.height
         if self.centre is None:
             return fitting_camera(clouds, rows, aspect)
@@ -249,9 +249,9 @@ class Appearance:
 def draw_meshes(
     meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
-    """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
+    """Draws meshes side by side with one camera, one scale bar and one colour bar.
 
-    The first mesh is the reference of distances and displacements; `numbers` colour each mesh, and are measured if they are None.
+    The first mesh is the reference of distances and displacements. `numbers` colour the meshes; None computes them.
     """
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
@@ -281,24 +281,24 @@ def draw_meshes(
 def _scenes(
     meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, numbers: Sequence[Numbers | None] | None
 ) -> tuple[list[Scene], Limits | None]:
-    """The scene of each panel, and the limits of the colour bar if there is one."""
-    bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
+    """Returns the scene of each panel, and the limits of the colour bar, or None without a bar."""
+    scenes = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
-        return [_painted(s, m, appearance, camera) for s, m in zip(bare, meshes, strict=True)], None
+        return [_painted(s, m, appearance, camera) for s, m in zip(scenes, meshes, strict=True)], None
     if numbers is None:
         numbers = numbers_of(appearance.color, meshes)
     coloring = COLORINGS[appearance.color]
     limits = appearance.limits or coloring.limits_for([n for n in numbers if n is not None])
     return [
         s if n is None else replace(s, colors=coloring.colors(n.values, limits, appearance.tolerance), by_face=n.by_face)
-        for s, n in zip(bare, numbers, strict=True)
+        for s, n in zip(scenes, numbers, strict=True)
     ], limits
 
 
 def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camera) -> Scene:
     if appearance.color == "reflection":
         if not len(scene.faces):
-            raise MeshError(f"{mesh.label} has no faces that could reflect anything")
+            raise MeshError(f"{mesh.label} has no faces for reflection lines")
         _, up, eye = camera.rows
 
         def paint(normals: Floats) -> Floats:
@@ -317,29 +317,29 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
     return scene
 
 
-# ------------------------------------------------------------------------------------------------ words and bars
+# ----------------------------------------------------------------------------------------------------- texts and bars
 
 INK = (40, 44, 52)
-#: heights in pixels of the strip for titles and of that for the colour bar
+#: heights in pixels of the strips for titles and for the colour bar
 TITLE_STRIP, BAR_STRIP = 34, 58
+#: sizes of fonts in pixels: of titles, of other texts, and the smallest, below which texts are shortened
 _TITLE_SIZE, _SMALL = 17, 14
-#: words are made smaller down to this, and then shortened
 _SMALLEST = 10
 
 
 def write_title(picture: Image.Image, text: str, left: int, top: int, width: int) -> None:
-    """Write a title in the middle of a strip, smaller or shortened until it fits."""
+    """Writes a title in the middle of a strip, with a smaller font or shortened if it is too long."""
     draw = ImageDraw.Draw(picture)
     font, text = _fitting(draw, text, width - 12)
     draw.text((left + width / 2, top + TITLE_STRIP / 2), text, fill=INK, font=font, anchor="mm")
 
 
 def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:
-    """Draw a bar of 1, 2 or 5 times a power of ten mesh units, at most `most` pixels long, with its length over it."""
+    """Draws a bar of 1, 2 or 5 times a power of ten mesh units, at most `most` pixels long, with its length above it."""
     length = round_length(most / pixels_per_unit)
     end = left + length * pixels_per_unit
     draw = ImageDraw.Draw(picture)
-    # White round them, as a close-up may be dark there.
+    # A white frame, since a close-up may be dark there.
     draw.rectangle((left - 2, bottom - 6, end + 2, bottom + 2), fill="white")
     draw.rectangle((left, bottom - 4, end, bottom), fill=INK)
     words, font = f"{number(length)} {unit}".strip(), ImageFont.load_default(_SMALL)
@@ -349,12 +349,12 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 def draw_color_bar(
     picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
 ) -> None:
-    """Draw a colour bar over half of the width, with its ends and its label."""
+    """Draws a colour bar over half of the width, with the numbers at its ends and its label."""
     width = picture.width // 2
     left = (picture.width - width) // 2
     low, high = limits
-    shown = colors(np.linspace(low, high, width), limits) if high > low else colors(np.full(width, low), limits)
-    row = np.asarray(np.rint(255.0 * shown), dtype=np.uint8)
+    row_colors = colors(np.linspace(low, high, width), limits) if high > low else colors(np.full(width, low), limits)
+    row = np.asarray(np.rint(255.0 * row_colors), dtype=np.uint8)
     picture.paste(Image.fromarray(np.broadcast_to(row, (14, width, 3)).copy()), (left, top + 4))
     draw = ImageDraw.Draw(picture)
     draw.rectangle((left - 1, top + 3, left + width, top + 18), outline=INK)
@@ -366,24 +366,24 @@ def draw_color_bar(
 
 
 def round_length(most: float) -> float:
-    """The largest of 1, 2 and 5 times powers of ten that is at most this, which is above 0."""
+    """Returns the largest number that is 1, 2 or 5 times a power of ten and at most `most`, which is above 0."""
     power = 10.0 ** math.floor(math.log10(most))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-12))
 
 
 def number(value: float) -> str:
-    """A number in three digits, as it is written beside a bar."""
+    """Returns a number with three digits, for the text beside a bar."""
     return f"{value + 0.0:.3g}"
 
 
 def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
-    """A font in which the text is at most `width` wide, and the text, its middle left out if the smallest is too large."""
+    """Returns a font in which the text is at most `width` wide, and the text, without its middle if it is still too long."""
     for pixels in range(size, _SMALLEST - 1, -1):
         font = ImageFont.load_default(pixels)
         if draw.textlength(text, font) <= width:
             return font, text
-    kept, short = len(text), text
-    while kept > 2 and draw.textlength(short, font) > width:
-        kept -= 1
-        short = f"{text[: (kept + 1) // 2]}...{text[len(text) - kept // 2 :]}"
+    length, short = len(text), text
+    while length > 2 and draw.textlength(short, font) > width:
+        length -= 1
+        short = f"{text[: (length + 1) // 2]}...{text[len(text) - length // 2 :]}"
     return font, short

@@ -1,4 +1,4 @@
-"""Light on a surface: from colours and images by way of a depth buffer to the pixels of one panel."""
+"""Renders one panel: rasterises triangles or dots into a depth buffer, and shades its pixels with colours or textures."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import read_pixels, sampled
 
-#: each pixel is the mean of so many by so many
+#: the number of samples of a pixel in each direction
 SUPERSAMPLING = 2
-#: the colour of a mesh without one of its own
+#: the colour of a mesh without colours
 CLAY = np.array([0.72, 0.745, 0.78])
-#: the inner side of a surface is mixed with this, so that it cannot be taken for the outer one
+#: is mixed with the colours of the inner side of a surface, to mark it
 _INSIDE = np.array([0.55, 0.36, 0.30])
 _BACKGROUND = 1.0
-#: from the upper left, over the eye's shoulder; in the directions of the camera
+#: the direction to the light, at the upper left behind the eye, in camera coordinates
 _LIGHT = np.array([-0.38, 0.48, 0.79])
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of a dot of a cloud
 _DOT = 1.1
-#: more dots make up no edge, however far a close-up lets it reach beyond the picture
+#: the most dots of an edge, which may reach far beyond a close-up
 _LONGEST = 20_000
 
-#: shares of ambient, diffuse and specular light
+#: shares of ambient, diffuse and specular light, for clay
 _CLAY_LIGHT = (0.20, 0.85, 0.32)
-#: colours of numbers must stay near those of the colour bar
+#: the same for other colours, which must stay near those of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 
@@ -45,20 +45,20 @@ class Camera:
     """A parallel projection."""
 
     rows: Floats  # (3, 3) the directions to the right, upwards and to the eye
-    centre: Floats  # (3,) the point of space that is in the middle of the picture
+    centre: Floats  # (3,) the point in the middle of the picture
     width: float  # of the window, in mesh units
     height: float  # of the window, in mesh units
 
     def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
-        """(n, 3) pixels from the left, pixels from the top, and nearness in mesh units, in a picture of columns x rows pixels."""
+        """Returns (n, 3): pixels from the left, pixels from the top, and nearness to the eye in mesh units."""
         scale = np.array([columns / self.width, -rows / self.height, 1.0])
-        seen = turned(vertices - self.centre, scale[:, None] * self.rows)
-        seen += [columns / 2, rows / 2, 0.0]
-        return seen
+        positions = rotated(vertices - self.centre, scale[:, None] * self.rows)
+        positions += [columns / 2, rows / 2, 0.0]
+        return positions
 
 
-def turned(vectors: Floats, rows: Floats) -> Floats:
-    """(n, 3) vectors in the directions of the rows; for so few columns faster than a product of matrices."""
+def rotated(vectors: Floats, rows: Floats) -> Floats:
+    """Returns (n, 3) components of vectors along the rows; for three columns einsum is faster than a matrix product."""
     return np.asarray(np.einsum("ij,kj->ik", vectors, rows))
 
 
@@ -68,20 +68,20 @@ class Scene:
 
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
-    edges: Ints  # (e, 2) edges of polylines, drawn where there are no faces
-    #: (n, 3) or (m, 3) from 0 to 1, by vertices, or faces with `by_face`; None for the colour of clay
+    edges: Ints  # (e, 2) edges of polylines, drawn if there are no faces
+    #: (n, 3) of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
     colors: Floats | None = None
     by_face: bool = False  # whether colours belong to faces
-    normals: Floats | None = None  # (n, 3) of a cloud, for its light; or None
-    texture: Sampler | None = None  # the colours of the surface, in place of `colors`
-    #: instead of light and colours, the (k, 3) colours of (k, 3) unit normals, in the directions of the mesh
+    normals: Floats | None = None  # (n, 3) of a cloud, for its shading; or None
+    texture: Sampler | None = None  # replaces `colors`
+    #: replaces colours and light: computes (k, 3) colours from (k, 3) unit normals in mesh coordinates
     paint: Callable[[Floats], Floats] | None = None
 
 
 def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.uint8]:
-    """(height, width, 3) the pixels of a panel.
+    """Returns the (height, width, 3) pixels of a panel.
 
-    Nothing is left out: every triangle is drawn, however many there are. Flat shading, so that noise is seen as it is.
+    Every triangle is drawn, with flat shading, so that noise is visible.
     """
     columns, rows = width * SUPERSAMPLING, height * SUPERSAMPLING
     buffer = DepthBuffer(np.full((rows, columns), -1, dtype=np.int32), np.full((rows, columns), -np.inf))
@@ -96,14 +96,14 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
     seen = buffer.elements >= 0
     pixels = np.full((rows, columns, 3), _BACKGROUND, dtype=np.float32)
     if seen.any():
-        lit = _lit_surface if len(scene.faces) else _lit_dots
-        pixels[seen] = lit(scene, camera, screen, buffer, seen)
-    mixed = pixels.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean(axis=(1, 3))
-    return np.asarray(np.rint(255.0 * np.clip(mixed, 0.0, 1.0)), dtype=np.uint8)
+        shade = _shade_surface if len(scene.faces) else _shade_dots
+        pixels[seen] = shade(scene, camera, screen, buffer, seen)
+    averaged = pixels.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean(axis=(1, 3))
+    return np.asarray(np.rint(255.0 * np.clip(averaged, 0.0, 1.0)), dtype=np.uint8)
 
 
-def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
-    """(k, 3) the colours of the pixels that are `seen`."""
+def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
+    """Returns the (k, 3) colours of the pixels in the mask `seen`."""
     elements = buffer.elements[seen]
 
     def at_pixels(values: Floats) -> Floats:
@@ -112,41 +112,41 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
 
     if scene.paint is not None:
         normals = unit_vectors(at_pixels(mesh_normals(scene.vertices, scene.faces)))
-        # A surface seen from inside is polished there, too.
+        # The inner side of a surface reflects, too.
         normals[normals @ camera.rows[2] < 0.0] *= -1.0
         return scene.paint(normals)
     in_front = np.zeros(len(scene.faces), dtype=np.bool_)
     in_front[elements] = True
     rows = (np.cumsum(in_front) - 1)[elements]
-    # About the middle of the picture, as coordinates far from the origin lose digits.
+    # Relative to the middle of the picture, since large coordinates lose digits.
     normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T
     if scene.texture is not None:
         colors = scene.texture(elements, _weights(screen, scene.faces, elements, seen))
     elif scene.colors is None:
-        return np.asarray(_lit(normals, np.broadcast_to(CLAY, normals.shape), _CLAY_LIGHT)[rows])
+        return np.asarray(_shade(normals, np.broadcast_to(CLAY, normals.shape), _CLAY_LIGHT)[rows])
     else:
         colors = scene.colors[elements] if scene.by_face else at_pixels(scene.colors)
-    return _lit(normals, colors, _NUMBERS_LIGHT, rows)
+    return _shade(normals, colors, _NUMBERS_LIGHT, rows)
 
 
-def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
+def _shade_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
     points = buffer.elements[seen]
     colors = np.broadcast_to(CLAY, (len(points), 3)) if scene.colors is None else scene.colors[points]
     if scene.normals is not None and not len(scene.edges):
         normals = scene.normals[points] @ camera.rows.T
-        return _lit(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
-    # Without normals the depth gives shape: far points are paler.
+        return _shade(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
+    # Without normals the depth shows the shape: far points are paler.
     depths = screen[:, 2]
     far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
     strength = (1.0 - 0.55 * far)[:, None]
     return np.asarray(_BACKGROUND + strength * ((0.8 if scene.colors is None else 1.0) * colors - _BACKGROUND))
 
 
-def _lit(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
-    """(k, 3) colours under light of these shares, ambient, scattered and mirrored, on surfaces of (m, 3) normals.
+def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
+    """Returns (k, 3) shaded colours; `shares` are the shares of ambient, diffuse and specular light.
 
-    Normals are in the directions of the camera; surfaces that look away from it are seen from inside. `rows` are the normals of
-    the colours.
+    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` are the
+    rows of the normals of the colours.
     """
     inside = normals[:, 2:] < 0.0
     facing = np.where(inside, -normals, normals)
@@ -159,7 +159,7 @@ def _lit(normals: Floats, colors: Floats, shares: tuple[float, float, float], ro
 
 
 def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
-    """(k, 3) the barycentric coordinates of the centres of the pixels that are `seen`."""
+    """Returns the (k, 3) barycentric coordinates of the centres of the pixels in the mask `seen`."""
     rows, columns = np.nonzero(seen)
     x, y = columns + 0.5, rows + 0.5
     a, b, c = (screen[faces[elements, k], :2].T for k in range(3))
@@ -170,7 +170,7 @@ def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats
 
 
 def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
-    """The places of the dots that make up a cloud, or polylines, and the vertex whose colour each has."""
+    """Returns the positions of the dots that draw a cloud or polylines, and the vertex whose colour each dot has."""
     if not len(scene.edges):
         return screen, np.arange(len(screen), dtype=np.int32)
     start, end = screen[scene.edges[:, 0]], screen[scene.edges[:, 1]]
@@ -182,17 +182,17 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
 
 
 class DepthBuffer(NamedTuple):
-    """The front element at each of h x w pixels, row 0 on top."""
+    """The front face or dot at each of h x w pixels, row 0 at the top."""
 
-    elements: Ints  # (h, w) the number of the face or dot; -1 where nothing is
-    depths: NDArray[np.float64]  # (h, w) how near it is; -inf where nothing is
+    elements: Ints  # (h, w) the number of the face or dot; -1 for background
+    depths: NDArray[np.float64]  # (h, w) its nearness to the eye; -inf for background
 
 
 @compiled
 def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
-    """Draw triangles, facing either way, into a `DepthBuffer`; of two at the same depth the one with the lower number stays.
+    """Draws triangles of either orientation into a `DepthBuffer`; at equal depth the lower number stays.
 
-    On the screen are pixels from the left, pixels from the top, and nearness to the eye.
+    `screen` has pixels from the left, pixels from the top, and nearness to the eye.
     """
     height, width = elements.shape
     for f in range(faces.shape[0]):
@@ -222,7 +222,7 @@ def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) 
 
 @compiled
 def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> None:
-    """Draw a disc of a radius in pixels for every point, see `draw_triangles`."""
+    """Draws a disc for every point, with a radius in pixels; see `draw_triangles`."""
     height, width = elements.shape
     for i in range(screen.shape[0]):
         x, y, z = screen[i]
@@ -236,14 +236,14 @@ def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> 
                     elements[row, column] = i
 
 
-#: gives (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates
+#: returns (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates
 Sampler = Callable[[Ints, Floats], Floats]
 
 
 def texture_of(mesh: MeshData) -> Sampler | None:
-    """The colours of the images at each place, clay where a face has none; None without texture coordinates or images.
+    """Returns a sampler of the textures, with clay for faces without one; None without texture coordinates or images.
 
-    The nearest pixel is taken, and the image repeats itself beyond its edges. An image that cannot be read is a `MeshError`.
+    It takes the nearest pixel, and repeats images beyond their edges. An image that cannot be read raises `MeshError`.
     """
     corners = mesh.face_attributes.get("wedge_texture_coordinates")
     if corners is None and "texture_coordinates" in mesh.vertex_attributes:
@@ -255,16 +255,16 @@ def texture_of(mesh: MeshData) -> Sampler | None:
     for texture in mesh.textures:
         pixels = read_pixels(texture)
         if pixels is None:
-            why = "there is no such file" if texture.image is None else "it is no image that can be read"
+            why = "there is no such file" if texture.image is None else "it is no readable image"
             raise MeshError(f"the texture {texture.name!r} of {mesh.label} cannot be drawn: {why}")
         images.append(pixels)
 
     def sample(faces: Ints, weights: Floats) -> Floats:
-        places = np.einsum("ki,kij->kj", weights, corners[faces])
+        texture_points = np.einsum("ki,kij->kj", weights, corners[faces])
         colors = np.broadcast_to(CLAY, (len(faces), 3)).copy()
         for number, pixels in enumerate(images):
-            here = of_faces[faces] == number
-            colors[here] = sampled(pixels, places[here])
+            in_image = of_faces[faces] == number
+            colors[in_image] = sampled(pixels, texture_points[in_image])
         return colors
 
     return sample

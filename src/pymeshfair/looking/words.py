@@ -1,4 +1,4 @@
-"""Measures and comparisons in words: the rows of tables and the lines below them, for the terminal and for pages alike."""
+"""Describes measures and comparisons: rows of tables and lines of text, for the terminal and for pages."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .comparison import Comparison, LengthIn
 
-#: pieces that are shown one by one
-_SHOWN = 5
-#: measure, its words in the table, and whether it is shown even where it is 0 or unknown
+#: the most pieces that have a line each
+_MOST_PIECES = 5
+#: a measure, its words in the table, and whether the table has it even if it is 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -34,37 +34,37 @@ _MEASURES = (
     ("noise", "noise along the normals", False),
     ("sharp_edge_length", "length of sharp edges", False),
 )
-#: of the unit of the scan, by the measures that have one
+#: the power of the unit of the scan, by measure
 _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "noise": "", "sharp_edge_length": ""}
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """A measure's name and its value for each mesh; rare measures that are 0 or unknown in all of them are left out."""
+    """Returns a row for each measure: name, and value for each mesh; leaves out rare ones that are 0 or unknown in all."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     clouds = all(measures.get("faces") == 0 for measures in columns.values())
     rows = []
     for name, words, always in _MEASURES:
-        # The points of a cloud wait for no face, and have no borders and no area.
+        # A cloud has no unreferenced vertices, no borders and no area.
         values = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
         if any(values) or (always and not (clouds and all(value is None for value in values))):
-            rows.append([words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())])
+            rows.append([words + powers.get(name, ""), *(_value_text(measures.get(name)) for measures in columns.values())])
     return rows
 
 
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
-    """The removals, additions and moves of a run, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence.
+    """Returns a sentence on the removals, additions and moves of `pymeshfair.running.shape_change.ShapeChange` by name.
 
-    `unit` is that of the scan, or None; so below.
+    `unit` is the unit of the scan or None, as in the other functions.
     """
     removed, added, moved = change["removed"], change["added"], change["moved"]
     parts = []
     if not moved or not moved["same"]:
         parts.append("made a new mesh")
     elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
-        parts.append(f"cut the surface otherwise: {counted(added['faces'], 'face')} of {counted(removed['faces'], 'other face')}")
+        parts.append(f"retriangulated: {counted(added['faces'], 'face')} in place of {counted(removed['faces'], 'face')}")
     else:
-        parts += [f"{name} {_part(part)}" for name, part in _parts(change).items()]
+        parts += [f"{name} {_part_text(part)}" for name, part in _parts(change).items()]
     if moved and not moved["largest"]:
         parts.append("moved no vertex")
     elif moved:
@@ -77,19 +77,19 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
 
 
 def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
-    """The change of shape by a run, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    """Returns lines on the change of shape by a run, `pymeshfair.running.shape_change.ShapeChange` by name."""
     sides = dict(zip("xyz", change["sides"], strict=True))
-    if "removed" not in change:  # done by tiles, which measure no more than the box
+    if "removed" not in change:  # a run by tiles measures only the box
         shares = _shares({name: share or None for name, share in sides.items()})
         return [f"changed: {shares}"] if shares else []
     moved, parts = change["moved"], _parts(change)
     because = f", as parts were {' and '.join(parts)}" if parts else ""
     lines = [became_text(change, unit)]
     if moved and moved["same"]:
-        lines += [line for name, part in parts.items() for line in _pieces(name, part, unit)]
+        lines += [line for name, part in parts.items() for line in _piece_lines(name, part, unit)]
     lines.append(f"changed{because}: {_shares({**sides, 'area': change['area'], 'volume': change['volume']})}")
-    if aside := change.get("sides_without_noise"):
-        lines.append(f"noise at the ends aside: {_shares(dict(zip('xyz', aside, strict=True)))}")
+    if without_noise := change.get("sides_without_noise"):
+        lines.append(f"without noise at the ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
@@ -101,11 +101,11 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     relief = f"relief from {shortest:g} mean edges on" if shortest else "relief beside the noise"
     kept = [] if lost is None else [f"{_percent(max(0.0, 1.0 - lost))} of the {relief}"]
     if change["sharp_kept"] is not None:
-        kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, those of noise among them")
+        kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, including those of noise")
     if kept:
         unknown = "the" if lost is None else "shorter" if shortest else ""
-        unseen = f"; of {unknown} relief nothing can be told beside the noise" if unknown else ""
-        lines.append(f"kept: {', '.join(kept)}{unseen}")
+        note = f"; {unknown} relief cannot be measured beside the noise" if unknown else ""
+        lines.append(f"kept: {', '.join(kept)}{note}")
     if change["turned"]:
         verdict = "a fault: more" if change["folded"] else "no fault: no more"
         lines.append(f"turned over: {counted(change['turned'], 'face')}, {verdict} faces are folded over than before")
@@ -113,7 +113,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
 
 
 def _parts(change: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """What was removed and added, if there is any."""
+    """Returns the removed and added parts, if any."""
     return {name: change[name] for name in ("removed", "added") if change[name]["vertices"] or change[name]["faces"]}
 
 
@@ -121,19 +121,19 @@ def _shares(shares: Mapping[str, float | None]) -> str:
     return ", ".join(f"{name} {share:+.2%}" for name, share in shares.items() if share is not None)
 
 
-def _pieces(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[str]:
-    """The largest of several pieces, one line each."""
+def _piece_lines(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[str]:
+    """Yields a line for each of the largest pieces, if there are several."""
     if part["pieces"] < 2:
         return
-    for piece in part["largest"][:_SHOWN]:
+    for piece in part["largest"][:_MOST_PIECES]:
         share = "" if piece["share"] is None else f", {_percent(piece['share'])} of the area"
         yield f"  {words}: {counted(piece['faces'], 'face')}{share}, {_in(piece['size'], unit)} across, at {_at(piece['place'])}"
-    if (more := part["pieces"] - _SHOWN) > 0:
+    if (more := part["pieces"] - _MOST_PIECES) > 0:
         yield f"  {words}: {counted(more, 'smaller piece')}"
 
 
-def _part(part: Mapping[str, Any]) -> str:
-    """Such as "14 loose pieces and a rim: 12.6 % of the area"."""
+def _part_text(part: Mapping[str, Any]) -> str:
+    """Returns a text such as "14 loose pieces and 1 part of the rim (1,200 faces): 12.6 % of the area"."""
     if not part["faces"]:
         return counted(part["vertices"], "vertex", "vertices")
     kinds = (
@@ -151,29 +151,29 @@ def _percent(share: float) -> str:
 
 
 def counted(count: int, one: str, several: str = "") -> str:
-    """A number of things, such as ``1 step`` or ``1,200 steps``."""
+    """Returns a count with its noun, such as ``1 step`` or ``1,200 steps``."""
     return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
 def verdict_text(result: Comparison, unit: str | None = None) -> str:
-    """The distance of the surfaces in a sentence or three; with a tolerance whether they lie within it."""
-    there, here, moved = result.after_from_before, result.before_from_after, result.displacement
+    """Returns up to three sentences: the distance of the surfaces, the displacement, and whether the tolerance is kept."""
+    after, before, moved = result.after_from_before, result.before_from_after, result.displacement
     if result.same_surface:
         text = "Both meshes are the same surface: no place lies further than rounding from the other."
     elif result.hausdorff.mesh_units <= result.rounding:
-        text = f"No difference between the surfaces at {there.samples + here.samples:,} samples of their faces."
+        text = f"No difference between the surfaces at {after.samples + before.samples:,} samples of their faces."
     else:
         text = (
-            f"The surfaces lie {_in_edges(there.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at "
-            f"most, {'outwards' if there.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(there.mean, unit, sign=False)} "
+            f"The surfaces lie {_in_edges(after.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at "
+            f"most, {'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(after.mean, unit, sign=False)} "
             "on average."
         )
     if moved is not None and not moved.largest.mesh_units:
         text += " No vertex moved."
     elif moved is not None:
         text += f" Vertices moved by {_in_edges(moved.mean, unit)} on average, and by {_in_edges(moved.largest, unit)} at most."
-    if result.tolerance is not None and there.within is not None and here.within is not None:
-        parts = f"{100 * there.within:.4g} % of AFTER and {100 * here.within:.4g} % of BEFORE"
+    if result.tolerance is not None and after.within is not None and before.within is not None:
+        parts = f"{100 * after.within:.4g} % of AFTER and {100 * before.within:.4g} % of BEFORE"
         shares = f"{parts} lie within {_in(result.tolerance.mesh_units, unit, 6)}"
         areas = counted(len(result.out_of_tolerance), "area")
         text = f"Passed: {shares}. {text}" if result.passed else f"Failed: {shares}, {areas} not. {text}"
@@ -181,7 +181,7 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
 
 
 def area_table(result: Comparison, most: int, unit: str | None = None) -> list[list[str]]:
-    """The areas out of tolerance, the furthest first, below the headers of their columns; `unit` is that of the scan."""
+    """Returns the headers and a row for each of the `most` furthest areas out of tolerance."""
     length = unit or "mesh units"
     headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
     return [headers] + [
@@ -191,17 +191,17 @@ def area_table(result: Comparison, most: int, unit: str | None = None) -> list[l
 
 
 def distance_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
-    """The distances of the two surfaces, in three units, below the headers of their columns."""
-    there, here, moved = result.after_from_before, result.before_from_after, result.displacement
+    """Returns the headers and the rows of the distances of two surfaces, in three units."""
+    after, before, moved = result.after_from_before, result.before_from_after, result.displacement
     rows = [
-        ("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
-        ("mean without sign", there.mean_size),
-        ("root mean square", there.rms),
-        ("standard deviation", there.standard_deviation),
-        *((f"{percent} % of the area keep below", length) for percent, length in there.percentiles.items()),
-        (f"largest, at {_at(there.place)}", there.largest),
-        ("BEFORE from AFTER, root mean square", here.rms),
-        (f"largest, at {_at(here.place)}", here.largest),
+        ("AFTER from BEFORE, mean (above 0: outwards)", after.mean),
+        ("mean without sign", after.mean_size),
+        ("root mean square", after.rms),
+        ("standard deviation", after.standard_deviation),
+        *((f"{percent} % of the area keep below", length) for percent, length in after.percentiles.items()),
+        (f"largest, at {_at(after.place)}", after.largest),
+        ("BEFORE from AFTER, root mean square", before.rms),
+        (f"largest, at {_at(before.place)}", before.largest),
     ]
     if moved is not None:
         rows += [
@@ -216,13 +216,14 @@ def distance_table(result: Comparison, unit: str | None = None) -> list[list[str
 
 
 def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
-    """The bound for places between the samples, and other changes, one line each."""
-    there, here = result.after_from_before, result.before_from_after
+    """Returns lines on the errors of sampling, the bound of the Hausdorff distance, and other changes."""
+    after, before = result.after_from_before, result.before_from_after
     square = f" {unit}²" if unit else ""
+    mean, rms = (_in(error.mesh_units, unit, 2) for error in (after.mean_error, after.rms_error))
+    bound = _in(result.hausdorff_at_most.mesh_units, unit, 4)
     lines = [
-        f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
-        f"mean {_in(there.mean_error.mesh_units, unit, 2)}, of the root mean square {_in(there.rms_error.mesh_units, unit, 2)}; "
-        f"the Hausdorff distance is at most {_in(result.hausdorff_at_most.mesh_units, unit, 4)}"
+        f"distances: {after.samples:,} samples of AFTER and {before.samples:,} of BEFORE, on faces by area; sampling errors of "
+        f"the mean {mean}, of the root mean square {rms}; the Hausdorff distance is at most {bound}"
     ]
     for words, value in (("area", result.area_change), ("volume", result.volume_change)):
         if value is not None:
@@ -241,12 +242,12 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
             f"more than a mean edge away: {result.added_area:.6g}{square} of area added, "
             f"{result.removed_area:.6g}{square} removed"
         )
-    named = {words: getattr(result, f"attributes_{words}") for words in ("kept", "lost", "gained")}
-    return [*lines, *(f"{words}: {', '.join(names)}" for words, names in named.items() if names)]
+    attributes = {words: getattr(result, f"attributes_{words}") for words in ("kept", "lost", "gained")}
+    return [*lines, *(f"{words}: {', '.join(names)}" for words, names in attributes.items() if names)]
 
 
 def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:
-    """A length in mean edges where there are any."""
+    """Returns a length in mean edges, or in mesh units for a mesh without edges."""
     value, unit = (length.mesh_units, unit) if length.mean_edges is None else (length.mean_edges, "mean edges")
     return _in(value if sign else abs(value), unit)
 
@@ -259,7 +260,7 @@ def _at(place: tuple[float, float, float]) -> str:
     return ", ".join(f"{c:.6g}" for c in place)
 
 
-def _shown(value: float | str | None) -> str:
-    if value is None or isinstance(value, str):  # a text stands for a number beyond the largest
+def _value_text(value: float | str | None) -> str:
+    if value is None or isinstance(value, str):  # a text stands for a number that is too large
         return value or "-"
     return f"{value:,}" if isinstance(value, int) else f"{value:,.6g}"

@@ -1,4 +1,4 @@
-"""`MeshSet`: applies MeshLab's filters and those of plugins, and keeps the script of the applied ones."""
+"""`MeshSet`: applies filters of MeshLab and of plugins, and keeps a script of the applied filters."""
 
 from ..meshlab.loading import load_pymeshlab
 

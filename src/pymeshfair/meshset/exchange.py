@@ -1,4 +1,4 @@
-"""Conversion between MeshLab's meshes and the arrays of other packages; losses are named in words."""
+"""Converts meshes between MeshLab and trimesh, Open3D or PyVista, and describes what is lost."""
 
 import importlib
 import re
@@ -18,9 +18,9 @@ from ..write_back import Workbench, custom_attributes
 
 #: values by name
 Values: TypeAlias = dict[str, NDArray[Any]]
-#: the name of MeshLab's scalar among the values of another package, names of normals, which follow from faces, and of colours
+#: names among the values of other packages: of MeshLab's scalar, of normals (which follow from the faces), and of colours
 _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
-#: names that hide what MeshLab calls so in its expressions
+#: names of variables in MeshLab's expressions, which an attribute of the same name would hide
 _VARIABLES = frozenset(
     ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "vsel", "fsel", "vtu", "vtv", "ti")
 )
@@ -28,28 +28,28 @@ _VARIABLES = frozenset(
 
 @dataclass(eq=False)
 class Arrays:
-    """A mesh on its way from one package to another."""
+    """The arrays of a mesh that is converted between packages."""
 
     vertices: Floats  # (n, 3) coordinates
     faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))  # (m, 3) triangles
-    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that are no faces'
-    normals: Floats | None = None  # (n, 3) of the vertices; None if they follow from the faces
+    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that belong to no face
+    normals: Floats | None = None  # (n, 3) of the vertices; None to compute them from the faces
     colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
     face_colors: Floats | None = None  # (m, 4), or None
     uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
-    of_vertices: Values = field(default_factory=dict)  # (n,) or (n, 3)
-    of_faces: Values = field(default_factory=dict)  # (m,) or (m, 3)
-    lost: list[str] = field(default_factory=list)  # contents that the other side does not take, in words
+    of_vertices: Values = field(default_factory=dict)  # (n,) or (n, 3) each
+    of_faces: Values = field(default_factory=dict)  # (m,) or (m, 3) each
+    lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
-    def lose(self, package: str, **what: Any) -> None:
-        """Note what of this a package has no place for; the names are the words, with _ for a blank."""
-        gone = [words.replace("_", " ") for words, there in what.items() if there is not None and len(there)]
-        if gone:
-            self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
+    def omit(self, package: str, **contents: Any) -> None:
+        """Notes which contents a package cannot hold, given by name, with _ for a blank."""
+        lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
+        if lost:
+            self.lost.append(f"a mesh of {package} does not take its {', '.join(lost)}")
 
 
 def as_meshlab(arrays: Arrays) -> Any:
-    """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
+    """Returns a `pymeshlab.Mesh` of the arrays, with no values but the scalars; `add_values` adds the others."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
         "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,
@@ -59,12 +59,12 @@ def as_meshlab(arrays: Arrays) -> Any:
         "edge_matrix": arrays.edges,
         **{f"{of}_scalar_array": _numbers(s) for of, s in zip("vf", scalars, strict=True) if s is not None and s.ndim == 1},
     }
-    given = {name: values for name, values in optional.items() if values is not None and len(values)}
-    return pymeshlab.Mesh(arrays.vertices, arrays.faces, **given)
+    existing = {name: values for name, values in optional.items() if values is not None and len(values)}
+    return pymeshlab.Mesh(arrays.vertices, arrays.faces, **existing)
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory."""
+    """Adds values as custom attributes to a mesh in a mesh set; attributes from before it was added would be freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -73,15 +73,15 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
             if array.dtype.kind not in "fiub" or array.shape[1:] not in ((), (3,)):
                 arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
             elif array.ndim == 1:
-                add(_numbers(array), _word(name))
-            else:  # MeshLab's expressions read freed memory beside an attribute of points
+                add(_numbers(array), _attribute_name(name))
+            else:  # with an attribute of points MeshLab's expressions would read freed memory
                 for axis, column in zip("xyz", array.T, strict=True):
-                    add(_numbers(column), _word(f"{name}_{axis}"))
+                    add(_numbers(column), _attribute_name(f"{name}_{axis}"))
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
-    """The arrays of the current layer, `mesh`; pymeshlab does not hand out the pictures of textures."""
-    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's are as long as their faces are large
+    """Returns the arrays of the current layer, `mesh`; pymeshlab does not give access to the images of textures."""
+    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's are no unit vectors
     arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()
@@ -100,52 +100,52 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     return arrays
 
 
-def _word(name: str) -> str:
-    """A name that MeshLab's expressions can hold: its filters by function fail on a mesh with any other."""
+def _attribute_name(name: str) -> str:
+    """Returns a name that MeshLab's expressions accept: its filters by function fail on a mesh with any other name."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 
 
 def to_trimesh(arrays: Arrays) -> Any:
-    """A `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` if there are edges, else a `trimesh.PointCloud`."""
+    """Returns a `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` of the edges, or a `trimesh.PointCloud`."""
     trimesh = importlib.import_module("trimesh")
     colors = None if arrays.colors is None else as_levels(arrays.colors)
     if len(arrays.faces):
-        looks: dict[str, Any] = {"vertex_colors": colors}
+        visuals: dict[str, Any] = {"vertex_colors": colors}
         if colors is not None:
-            arrays.lose("trimesh with colours of vertices", texture_coordinates=arrays.uv, colours_of_faces=arrays.face_colors)
+            arrays.omit("trimesh with colours of vertices", texture_coordinates=arrays.uv, colours_of_faces=arrays.face_colors)
         elif arrays.uv is not None:
-            looks = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
+            visuals = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
         elif arrays.face_colors is not None:
-            looks = {"face_colors": as_levels(arrays.face_colors)}
-        arrays.lose("trimesh", edges=arrays.edges)
-        made = trimesh.Trimesh(arrays.vertices, arrays.faces, process=False, **looks)
-        made.vertex_attributes.update(arrays.of_vertices)
-        made.face_attributes.update(arrays.of_faces)
-        return made
-    arrays.lose("trimesh without faces", values_of_vertices=arrays.of_vertices)
+            visuals = {"face_colors": as_levels(arrays.face_colors)}
+        arrays.omit("trimesh", edges=arrays.edges)
+        result = trimesh.Trimesh(arrays.vertices, arrays.faces, process=False, **visuals)
+        result.vertex_attributes.update(arrays.of_vertices)
+        result.face_attributes.update(arrays.of_faces)
+        return result
+    arrays.omit("trimesh without faces", values_of_vertices=arrays.of_vertices)
     if not len(arrays.edges):
         return trimesh.PointCloud(arrays.vertices, colors=colors)
-    arrays.lose("trimesh with edges alone", colours=colors)
+    arrays.omit("trimesh with edges alone", colours=colors)
     path = importlib.import_module("trimesh.path")
     lines = [path.entities.Line(edge) for edge in arrays.edges]
     return path.Path3D(entities=lines, vertices=arrays.vertices, process=False)
 
 
 def to_open3d(arrays: Arrays) -> Any:
-    """An `open3d.geometry.TriangleMesh`, or a `PointCloud` of a mesh without faces, with vertex normals and colours."""
+    """Returns an `open3d.geometry.TriangleMesh`, or a `PointCloud` if there are no faces, with vertex normals and colours."""
     o3d = importlib.import_module("open3d")
     cloud = not len(arrays.faces)
-    made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
+    result = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
     colors = None if arrays.colors is None else arrays.colors[:, :3]
     rows: dict[str, Any] = {"points" if cloud else "vertices": arrays.vertices}
     rows |= {name if cloud else f"vertex_{name}": values for name, values in (("normals", arrays.normals), ("colors", colors))}
     for name, values in rows.items():
         if values is not None:
-            setattr(made, name, o3d.utility.Vector3dVector(values))
+            setattr(result, name, o3d.utility.Vector3dVector(values))
     if not cloud:
-        made.triangles = o3d.utility.Vector3iVector(arrays.faces)
-    arrays.lose(
+        result.triangles = o3d.utility.Vector3iVector(arrays.faces)
+    arrays.omit(
         "Open3D",
         edges=arrays.edges,
         texture_coordinates=arrays.uv,
@@ -153,31 +153,31 @@ def to_open3d(arrays: Arrays) -> Any:
         values_of_vertices=arrays.of_vertices,
         values_of_faces=arrays.of_faces,
     )
-    return made
+    return result
 
 
 def to_pyvista(arrays: Arrays) -> Any:
-    """A `pyvista.PolyData` with triangles and lines, colours as ``RGBA``, texture coordinates and all values."""
+    """Returns a `pyvista.PolyData` with triangles and lines, colours as ``RGBA``, texture coordinates and all values."""
     pyvista = importlib.import_module("pyvista")
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
     cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
-    made = pyvista.PolyData(arrays.vertices, **cells)
-    made.point_data["Normals"] = arrays.normals
+    result = pyvista.PolyData(arrays.vertices, **cells)
+    result.point_data["Normals"] = arrays.normals
     for name, values in arrays.of_vertices.items():
-        made.point_data[name] = values
+        result.point_data[name] = values
     if arrays.colors is not None:
-        made.point_data["RGBA"] = as_levels(arrays.colors)
+        result.point_data["RGBA"] = as_levels(arrays.colors)
     if arrays.uv is not None:
-        made.active_texture_coordinates = arrays.uv
+        result.active_texture_coordinates = arrays.uv
     if arrays.face_colors is not None:
         arrays.of_faces["RGBA"] = as_levels(arrays.face_colors)
     for name, values in arrays.of_faces.items():  # the cells of lines come first
-        made.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
-    return made
+        result.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
+    return result
 
 
-def taken(mesh: Any) -> Arrays:
-    """The arrays of a mesh of another package; a `ForeignMeshError` if it is no mesh of these."""
+def arrays_of(mesh: Any) -> Arrays:
+    """Returns the arrays of a mesh of trimesh, Open3D or PyVista; raises `ForeignMeshError` for other objects."""
     if hasattr(mesh, "to_legacy"):  # Open3D's tensors
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):
@@ -193,7 +193,7 @@ def taken(mesh: Any) -> Arrays:
 
 
 def _of_scene(scene: Any) -> Arrays:
-    """All parts of a trimesh scene, transformed to their places, as one mesh."""
+    """Returns all transformed parts of a trimesh scene as one mesh."""
     parts = scene.dump()
     if len({type(part) for part in parts}) != 1:
         why = "parts of several kinds: add each of scene.dump() by itself" if parts else "no geometry"
@@ -206,7 +206,7 @@ def _of_scene(scene: Any) -> Arrays:
 
 def _of_trimesh(mesh: Any) -> Arrays:
     points = _numbers(mesh.vertices)
-    arrays = Arrays(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))  # those of a Path may lie in a plane
+    arrays = Arrays(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))  # a Path may be two-dimensional
     if hasattr(mesh, "vertex_nodes"):  # a Path
         arrays.edges = _indices(mesh.vertex_nodes)
         return arrays
@@ -224,7 +224,7 @@ def _of_trimesh(mesh: Any) -> Arrays:
         arrays.uv = _numbers(visual.uv)
         material = getattr(visual, "material", None)
         if any(getattr(material, name, None) is not None for name in ("image", "baseColorTexture")):
-            arrays.lost.append("the texture is left out, as MeshLab takes no picture from memory; its coordinates are kept")
+            arrays.lost.append("the texture is left out, since MeshLab takes no image from memory; its coordinates are kept")
     arrays.of_vertices = _values(getattr(mesh, "vertex_attributes", None))
     arrays.of_faces = _values(getattr(mesh, "face_attributes", None))
     return arrays
@@ -255,22 +255,22 @@ def _of_pyvista(mesh: Any) -> Arrays:
     of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
     arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces)}
     if others := sorted(of_cells.keys() - arrays.of_faces.keys()):
-        arrays.lost.append(f"of lines, points and faces together, data of cells are not taken: {', '.join(others)}")
+        arrays.lost.append(f"cell values that lines or points also have are not taken: {', '.join(others)}")
     uv = mesh.active_texture_coordinates
     if uv is not None:
         arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    normals = _picked(arrays.of_vertices, _NORMALS, (3,))
+    normals = _pop(arrays.of_vertices, _NORMALS, (3,))
     arrays.normals = None if normals is None else _numbers(normals)
-    arrays.colors = _rgba(_picked(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
-    arrays.face_colors = _rgba(_picked(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
+    arrays.colors = _rgba(_pop(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
+    arrays.face_colors = _rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     return arrays
 
 
-def _picked(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """The first of the values with one of the names and so many columns, which is taken out."""
-    found = (name for name, array in values.items() if name.lower() in names and array.ndim == 2 and array.shape[1] in columns)
-    name = next(found, None)
+def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
+    """Removes and returns the first of the values that has one of the names and one of the numbers of columns."""
+    fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
+    name = next(fitting, None)
     return None if name is None else values.pop(name)
 
 
@@ -283,7 +283,7 @@ def _indices(values: Any) -> Ints:
 
 
 def _rgba(colors: Any, count: int) -> Floats | None:
-    """(count, 4) these colours with opacity and from 0 to 1; None if there are not so many."""
+    """Returns (count, 4) colours with opacity, from 0 to 1; None if their number is not `count`."""
     values = np.asarray(colors)
     if values.ndim != 2 or len(values) != count or count == 0:
         return None
@@ -292,5 +292,5 @@ def _rgba(colors: Any, count: int) -> Floats | None:
 
 
 def _values(values: Any) -> Values:
-    """A package's values by name as arrays."""
+    """Returns the values of a package as arrays by name."""
     return {str(name): np.asarray(array) for name, array in values.items()} if hasattr(values, "items") else {}

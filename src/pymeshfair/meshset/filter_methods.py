@@ -1,4 +1,4 @@
-"""The filters as methods for `MeshSet`, made when they are asked for. Type checkers read the generated ``filter_methods.pyi``."""
+"""Methods of `MeshSet` for all filters, made at their first use. Type checkers read the generated ``filter_methods.pyi``."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..meshlab.base import BASE, UnknownFilterError
 if TYPE_CHECKING:
     from .. import registry
     from . import methods
-else:  # importing them takes longer than importing pymeshlab
+else:  # their import takes longer than that of pymeshlab
     registry, methods = ImportedWhenUsed("pymeshfair.registry"), ImportedWhenUsed("pymeshfair.meshset.methods")
 
 
 class LateMethods(type):
-    """The type of a class that learns of the plugins' filters when it is asked for one, or for all of its methods."""
+    """The metaclass that adds methods for filters of plugins when a missing method, or the list of methods, is needed."""
 
     def __getattr__(cls, name: str) -> Any:
         if not name.startswith("_"):
@@ -33,7 +33,7 @@ class LateMethods(type):
 
 
 class FilterMethods(metaclass=LateMethods):
-    """One method for each filter, MeshLab's and the plugins'; each calls `apply_filter` of the class that inherits it."""
+    """Has a method for each filter of MeshLab and of plugins, which calls `apply_filter` of the subclass."""
 
     def __getattr__(self, name: str) -> Any:
         text = f"{type(self).__name__!r} object has no attribute {name!r}"
@@ -54,8 +54,8 @@ class FilterMethods(metaclass=LateMethods):
         return list(super().__dir__())
 
 
-class _MadeWhenAskedFor:
-    """Stands for the method of a filter until it is first used: to document all three hundred takes a tenth of a second."""
+class _LateMethod:
+    """Descriptor that makes the method of a filter at its first use, since documenting all 300 takes a tenth of a second."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -70,11 +70,11 @@ class _MadeWhenAskedFor:
 def _add_plugin_methods() -> None:
     for declared in registry.custom_filters():
         name = declared.python_name
-        # A method of pymeshlab's that is no filter keeps its name.
+        # Another method of pymeshlab may have the name: it stays.
         if not hasattr(BASE, name) and name not in vars(FilterMethods):
-            setattr(FilterMethods, name, _MadeWhenAskedFor(name))
+            setattr(FilterMethods, name, _LateMethod(name))
 
 
 for _name in pymeshlab.filter_list():
     if hasattr(BASE, _name):
-        setattr(FilterMethods, _name, _MadeWhenAskedFor(_name))
+        setattr(FilterMethods, _name, _LateMethod(_name))

@@ -1,4 +1,4 @@
-"""Applies filters of both kinds to the layers of a pymeshlab mesh set, from calls and from scripts, and keeps the steps."""
+"""Applies filters of MeshLab and of plugins to the layers of a mesh set, from calls or scripts, and keeps their steps."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Finds a filter, applies it by its kind, and returns the values that it ran with.
+    """Finds and applies filters of MeshLab and of plugins.
 
-    Ids of layers in a step do not count those that the write-back makes and removes (`Workbench.without_helpers`). Filters of
-    plugins call `on_progress` and `on_note` of the mesh set if it has them.
+    Ids of layers in a step do not count the layers that the write-back makes and removes (`Workbench.without_helpers`). Filters
+    of plugins call `on_progress` and `on_note` of the mesh set if it has them.
     """
 
     def __init__(self, bench: Workbench) -> None:
@@ -36,25 +36,25 @@ class FilterRunner:
         self._builtins = BuiltinFilters(bench.meshset, bench.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
-        """Apply a filter with the values of a caller.
+        """Applies a filter with unchecked values.
 
         Returns:
-            Its report, and the step with the values that it ran with; None for a filter of a C++ plugin of MeshLab that was
-            loaded by hand, which no script of ours can name.
+            Its report, and the step with all values used; None in place of the step for a filter of a C++ plugin that the user
+            loaded into MeshLab, since scripts cannot name it.
         """
         declared = known_filter(filter_name)
         if declared is None:
             return self._builtins.call(filter_name, values), None
-        return self._applied(declared, dict(values) if declared.is_builtin else checked(declared, values))
+        return self._apply(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Apply a step of a script, whose values are checked; its report, and the step as it was applied."""
-        values = _with_ids(step.filter, step.values, self._bench.with_helpers)
-        return self._applied(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
+        """Applies a step of a script, whose values are checked; returns its report, and the step with all values used."""
+        values = _with_changed_ids(step.filter, step.values, self._bench.with_helpers)
+        return self._apply(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of `pymeshlab.MeshSet.filter_parameter_values`, for filters of both kinds and for file formats."""
-        if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
+        """Returns the values of `pymeshlab.MeshSet.filter_parameter_values`, also for filters of plugins."""
+        if not is_known(filter_name):  # perhaps a file format; saving a file asks for it many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(self._builtins.ask(filter_name, **values))
         declared = known_filter(filter_name)
@@ -65,7 +65,7 @@ class FilterRunner:
         return resolved(declared, {**declared.defaults, **checked(declared, values)}, self._bench.current())
 
     def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
-        """Hand sentences to the mesh set's `on_note`, else to the logger; the usual level is that of losses."""
+        """Sends sentences to `on_note` of the mesh set, or else to the logger with `level`."""
         on_note = getattr(self._bench.meshset, "on_note", None)
         for text in sentences:
             if on_note is not None:
@@ -73,10 +73,10 @@ class FilterRunner:
             else:
                 _LOG.log(level, "%s", text)
 
-    def _applied(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
-        """Apply a filter with checked values; its report, and the step with the values that it ran with."""
+    def _apply(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
+        """Applies a filter with checked values; returns its report, and the step with all values used."""
         if declared.arity is not Arity.NONE and not self._bench.has_current():
-            raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
+            raise FilterFailedError(f"{declared.python_name} needs a mesh, but the mesh set has no current mesh: load one first")
         if not declared.is_builtin:
             values = {**declared.defaults, **values}
         for name, mesh_id in declared.layers(values).items():
@@ -87,7 +87,7 @@ class FilterRunner:
             report = self._builtins.apply(declared, values)
         else:
             ran_with, report = values, self._apply_plugin(declared, values)
-        return report, Step(declared, _with_ids(declared, ran_with, self._bench.without_helpers))
+        return report, Step(declared, _with_changed_ids(declared, ran_with, self._bench.without_helpers))
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         layer, bench = self._bench.current(), self._bench
@@ -112,23 +112,23 @@ class FilterRunner:
         return dict(edit.values)
 
 
-def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
+def _with_changed_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
     return {**values, **{name: change(number) for name, number in declared.layers(values).items()}}
 
 
 class ScriptLog:
-    """A filter script: steps that are read from a file, or added as filters are applied; it is applied, printed and saved."""
+    """A filter script: its steps are read from a file or added when filters are applied; it can be applied, printed and saved."""
 
     def __init__(self, script: Script) -> None:
         self.steps, self._file, self._settings = list(script.steps), script.path, script.settings
 
     @classmethod
     def of(cls, file: str | None) -> ScriptLog:
-        """That of an .mlx file, or without one an empty script."""
+        """Reads the script of an .mlx file; without a file the script is empty."""
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], object]) -> None:
-        """Apply each step in turn; raises `ScriptStepFailedError` if one failed."""
+        """Applies each step in turn; raises `ScriptStepFailedError` if one fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 apply_step(step)
@@ -138,7 +138,7 @@ class ScriptLog:
                 raise ScriptStepFailedError(place, reason(error)) from error
 
     def save(self, file: str, layer: Layer) -> None:
-        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer."""
+        """Writes the steps to an .mlx file; relative lengths also have their absolute value on this layer."""
         units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
         sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
         diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
@@ -147,11 +147,11 @@ class ScriptLog:
         write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge, overwrite=True)
 
     def print(self) -> None:
-        """Print each step with the values of its parameters, as pymeshlab prints its script."""
+        """Prints each step with the values of its parameters, as pymeshlab does."""
         print(f"Filter Script Size : {len(self.steps)}\n")
         for number, step in enumerate(self.steps):
             print(f"{number}: {step.filter.python_name}")
             for name, value in step.values.items():
-                shown = length_text(value) if isinstance(value, Length) else value
-                print(f"\t{name} : {type(value).__name__} = {shown}")
+                text = length_text(value) if isinstance(value, Length) else value
+                print(f"\t{name} : {type(value).__name__} = {text}")
             print()

@@ -1,4 +1,4 @@
-"""`MeshSet`: pymeshlab's mesh set with the filters of plugins beside MeshLab's own."""
+"""`MeshSet`: the mesh set of pymeshlab, with the filters of MeshLab and of plugins."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..scripts.script import Script, Step
     from . import exchange, filter_runner, methods
     from .pymeshlab_classes import _MeshSet as _Typed
-else:  # importing them takes longer than importing pymeshlab
+else:  # their import takes longer than that of pymeshlab
     _Typed = BASE
     recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
     exchange, filter_runner, methods = (
@@ -27,23 +27,23 @@ else:  # importing them takes longer than importing pymeshlab
 
 
 class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
-    """Both its own type and that of pymeshlab's class."""
+    """Joins the metaclasses of `FilterMethods` and of pymeshlab's class."""
 
 
 class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
-    Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
-    step of filter scripts. They change the current mesh in place and keep everything else of it; a `pymeshlab.Mesh` fetched
+    Filters of plugins, also those of pymeshfair, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a step
+    of filter scripts. They change the current mesh in place and keep all other data of it. A `pymeshlab.Mesh` that was fetched
     before shows the new state.
 
-    A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and one that adds elements two, so those
-    of layers made later skip numbers. Scripts do not count them.
+    A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and a filter that adds elements two, so
+    the ids of later layers skip numbers. Scripts do not count these ids.
 
     Attributes:
-        on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to
-            stop it.
-        on_note: called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``.
+        on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; may raise to stop
+            the filter.
+        on_note: called with each sentence that a filter has for the user; None sends them to the logger ``pymeshfair``.
     """
 
     on_progress: Callable[[float], None] | None = None
@@ -51,7 +51,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     @staticmethod
     def filter_list() -> list[str]:
-        """The Python names of all filters, MeshLab's and the plugins', sorted."""
+        """Returns the Python names of all filters, of MeshLab and of plugins, sorted."""
         return methods.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
@@ -61,22 +61,22 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._script = filter_runner.ScriptLog.of(None)
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
-        """Apply a filter, MeshLab's or a plugin's, to the current mesh and add it to the filter script.
+        """Applies a filter of MeshLab or a plugin to the current mesh, and adds it to the filter script.
 
         Args:
             filter_name: its Python name, or its name in MeshLab's menus.
-            **kwargs: parameters by Python name; the others take their defaults. Lengths are ``"1%"`` of the bounding box's
+            **kwargs: parameters by Python name; all others have their defaults. Lengths are ``"1%"`` of the bounding box's
                 diagonal, ``"0.5edge"`` mean edges, ``"0.3"`` mesh units, `pymeshlab.PercentageValue` or `pymeshlab.PureValue`.
 
         Returns:
-            What the filter reports, by name.
+            The values that the filter reports, by name.
 
         Raises:
-            UnknownFilterError: no such filter or parameter; the message gives the nearest name.
-            FilterParameterError: a value that the filter does not take.
-            UnknownLayerError: the id of a layer that is not there.
-            FilterFailedError: a plugin's filter could not do its work; the mesh is as it was.
-            pymeshlab.PyMeshLabException: base of all these, and MeshLab's word for every failure of its own filters.
+            UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
+            FilterParameterError: a value is not allowed.
+            UnknownLayerError: there is no layer of that id.
+            FilterFailedError: a plugin's filter failed; the mesh is unchanged.
+            pymeshlab.PyMeshLabException: the base class of these; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
         if step is not None:
@@ -84,42 +84,42 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def apply_step(self, step: Step) -> dict[str, Any]:
-        """Apply a step of a script to the current mesh; it is not added to the filter script.
+        """Applies a step of a script to the current mesh, and does not add it to the filter script.
 
-        Ids of layers in the step do not count the layers that pymeshfair itself made and removed on the way, so that a script
-        means the same whenever it is applied.
+        Ids of layers in the step do not count the layers that pymeshfair made and removed before, so that a script has the same
+        meaning at any time.
 
         Raises:
-            pymeshlab.PyMeshLabException: as `apply_filter`.
+            pymeshlab.PyMeshLabException: as in `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """The values that a filter would run with on the current mesh, lengths in mesh units; `kwargs` are some of them.
+        """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some.
 
-        For an extension, those of saving such a file.
+        Lengths are in mesh units. For the extension of a file, returns the parameters for saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
 
     def load_filter_script(self, filter_script_name: str) -> None:
-        """Read a filter script from an .mlx file in place of the current one.
+        """Replaces the current filter script by that of an .mlx file.
 
         Raises:
-            ScriptError: something in the script is wrong; lists every problem. The current script stays.
+            ScriptError: the script is wrong; lists every problem. The current script stays.
         """
         self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:
-        """Apply the current filter script: the filters that were loaded, and those applied since.
+        """Applies the current filter script: the steps that were loaded, and the filters applied since.
 
         Raises:
-            ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as the last complete step
-                left it.
+            ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as it was after the
+                last complete step.
         """
         self._script.apply(self.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
-        """Write the current filter script to an .mlx file, every parameter with the value that it had.
+        """Writes the current filter script to an .mlx file, with the value of every parameter.
 
         Raises:
             PymeshfairError: the file cannot be written.
@@ -127,35 +127,35 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._script.save(filter_script_name, self._bench.current())
 
     def clear_filter_script(self) -> None:
-        """Forget the current filter script."""
+        """Empties the current filter script."""
         self._script = filter_runner.ScriptLog.of(None)
 
     def print_filter_script(self) -> None:
-        """Print the current filter script: each filter with the values of its parameters."""
+        """Prints the current filter script: each filter with the values of its parameters."""
         self._script.print()
 
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
-        """Apply a recipe to the current mesh, and add its steps to the filter script; what each of them reports.
+        """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        Limits of the recipe are not looked at: `pymeshfair.run` does that.
+        Limits of the recipe are not checked: `pymeshfair.run` does that.
 
         Args:
             name_or_path: a shipped recipe, or the path of an .mlx script.
-            **settings: values over the recipe's own, by the names of its settings.
+            **settings: values that replace those of the recipe, by the names of its settings.
 
         Raises:
             UnknownNameError: there is no such recipe or setting.
-            ScriptError: something in the script is wrong; lists every problem.
-            ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
+            ScriptError: the script is wrong; lists every problem.
+            ScriptStepFailedError: a step failed; the mesh is as it was after the last complete step.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
-        """Apply all steps of a script to the current mesh, and add them to the filter script; what each of them reports.
+        """Applies all steps of a script to the current mesh, and adds them to the filter script; returns their reports.
 
         Raises:
-            ScriptStepFailedError: a step failed; the mesh and the filter script are as the last complete step left them.
+            ScriptStepFailedError: a step failed; mesh and filter script are as they were after the last complete step.
         """
         results: list[dict[str, Any]] = []
 
@@ -168,93 +168,93 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Make the layer of that id the current one.
+        """Makes the layer of that id the current one.
 
         Raises:
-            UnknownLayerError: there is none; pymeshlab would go on without a current mesh.
+            UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.
         """
         self._bench.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
-        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or PyVista; see `to_trimesh` for the way back.
+        """Adds a mesh of pymeshlab, trimesh, Open3D or PyVista as a layer; see `to_trimesh` for the way back.
 
-        What MeshLab does not take of another package's mesh is named by a warning of the logger ``pymeshfair``.
+        A warning of the logger ``pymeshfair`` names contents that MeshLab does not take.
 
         Raises:
-            ForeignMeshError: it is no mesh of these packages.
+            ForeignMeshError: `mesh` is no mesh of these packages.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
-        arrays = exchange.taken(mesh)
+        arrays = exchange.arrays_of(mesh)
         result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.note(arrays.lost)
         return result
 
     def to_trimesh(self) -> Any:
-        """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
+        """Returns the current mesh as a `trimesh.Trimesh`, or a `Path3D` or `PointCloud` without faces, with colours and values.
 
-        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next two.
+        A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
         """
-        return self._given(exchange.to_trimesh)
+        return self._exported(exchange.to_trimesh)
 
     def to_open3d(self) -> Any:
-        """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
-        return self._given(exchange.to_open3d)
+        """Returns the current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
+        return self._exported(exchange.to_open3d)
 
     def to_pyvista(self) -> Any:
-        """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
-        return self._given(exchange.to_pyvista)
+        """Returns the current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values."""
+        return self._exported(exchange.to_pyvista)
 
-    def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
+    def _exported(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         arrays = exchange.of_meshlab(self.current_mesh(), self._bench)
-        made = make(arrays)
+        result = make(arrays)
         self._filters.note(arrays.lost)
-        return made
+        return result
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
-        """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
+        """Saves the current mesh as pymeshlab does; a note warns if the file lacks the edges.
 
-        MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
+        MeshLab writes edges only into .obj files. `pymeshfair.run` writes them into .ply files, too.
         """
         _locked(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
-            text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
+            text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; an .obj file keeps them"
             self._filters.note([text])
 
     def clear(self) -> None:
-        """Remove all layers; the filter script stays."""
+        """Removes all layers; keeps the filter script."""
         self._bench.helper_ids.clear()
         BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
-        """Whether filters report on the screen."""
+        """Sets whether filters print reports."""
         BASE.set_verbosity(self, verbosity)
         self._bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
-        """Whether the parameters of filters are printed."""
+        """Sets whether the parameters of filters are printed."""
         BASE.set_parameter_verbosity(self, verbosity)
         self._bench.prints_parameters = verbosity
 
     def __repr__(self) -> str:
-        """The layers, one a line with its number, name and size; the number of the current one ends with ``*``."""
+        """Returns a line for each layer: its id, with ``*`` for the current layer, its name and its size."""
         current = self.current_mesh_id() if self.mesh_number() else -1
         lines = []
         for mesh in self:
             counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
-            size = ", ".join(f"{count:,} {what}" for count, what in counts if count or what == "vertices")
+            size = ", ".join(f"{count:,} {name}" for count, name in counts if count or name == "vertices")
             number = f"{mesh.id()}{'*' if mesh.id() == current else ''}"
             lines.append(f"  {number:<4} {mesh.label()}: {size}")
         return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
 
-    __str__ = __repr__  # pymeshlab's own gives None
+    __str__ = __repr__  # that of pymeshlab returns None
 
 
 def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    """Call a method of pymeshlab's that reads or writes files or makes layers, one thread at a time."""
+    """Calls a method of pymeshlab that reads or writes files or makes layers, in one thread at a time."""
     with MESHLAB:
         try:
             return original(meshes, *args, **kwargs)
@@ -265,7 +265,7 @@ def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs:
 
 
 def _locking(name: str) -> Callable[..., Any]:
-    """Pymeshlab's method of that name, under the lock."""
+    """Returns a method of pymeshlab that is called under the lock."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)

@@ -1,4 +1,4 @@
-"""Filters of both kinds: found and listed by functions with the names of pymeshlab's, and as documented methods of `MeshSet`."""
+"""Finds, lists and prints filters by functions with the names of pymeshlab's, and makes documented methods for `MeshSet`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 else:
     import pymeshlab as classes
 
-#: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object for one.
+#: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object for it.
 LengthLike: TypeAlias = str | Length | classes.PercentageValue | classes.PureValue
 
 #: A point, a matrix and a colour.
@@ -30,27 +30,27 @@ PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
 
-#: the kinds of parameter that take more than what the filter's function receives
+#: the parameter types whose methods take more types than the function of the filter
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
-#: the description of MeshLab's filters by its makers
+#: the documentation of MeshLab's filters
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 
 def filter_list() -> list[str]:
-    """The Python names of all filters, MeshLab's and the plugins', sorted."""
+    """Returns the Python names of all filters, of MeshLab and of plugins, sorted."""
     return sorted({*pymeshlab.filter_list(), *(declared.python_name for declared in custom_filters())})
 
 
 def print_filter_list() -> None:
-    """Print the Python names of all filters."""
+    """Prints the Python names of all filters."""
     print("MeshSet class - list of filter names:")
     for name in filter_list():
         print(f"\t{name}")
 
 
 def print_filter_parameter_list(filter_name: str) -> None:
-    """Print a filter's parameters with what they take and their defaults; `UnknownFilterError` if there is no such filter."""
+    """Prints the parameters of a filter with allowed values and defaults; raises `UnknownFilterError` for an unknown name."""
     declared = known_filter(filter_name)
     if declared is None:
         pymeshlab.print_filter_parameter_list(filter_name)
@@ -64,20 +64,20 @@ def print_filter_parameter_list(filter_name: str) -> None:
 
 
 def search(words: str) -> None:
-    """Print the filters whose names or descriptions hold all of the words, those with more of them in the name first."""
-    wanted = re.findall(r"[a-z0-9]+", words.lower())
+    """Prints the filters with all words in their name or description; filters with more words in the name come first."""
+    searched = re.findall(r"[a-z0-9]+", words.lower())
 
     def text(declared: Filter) -> str:
         return f"{declared.python_name} {declared.name} {declared.info}".lower()
 
-    matches = [declared for declared in all_filters() if wanted and all(word in text(declared) for word in wanted)]
-    matches.sort(key=lambda declared: -sum(word in f"{declared.python_name} {declared.name}".lower() for word in wanted))
+    matches = [declared for declared in all_filters() if searched and all(word in text(declared) for word in searched)]
+    matches.sort(key=lambda declared: -sum(word in f"{declared.python_name} {declared.name}".lower() for word in searched))
     for declared in matches:
         print(f"{declared.python_name} : {declared.summary or declared.name}")
 
 
 def known_filter(name: str) -> Filter | None:
-    """The filter of that Python or GUI name, else `UnknownFilterError`; None if pymeshlab has one that is in no table."""
+    """Finds a filter by Python or menu name, or raises `UnknownFilterError`; None for a filter that only pymeshlab has."""
     try:
         return find_filter(name)
     except UnknownNameError as error:
@@ -87,10 +87,10 @@ def known_filter(name: str) -> Filter | None:
 
 
 def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
-    """The method that applies the filter, with its signature and its documentation."""
+    """Makes the method that applies a filter, with its signature and docstring."""
 
     def method(self: Any, **parameters: Any) -> dict[str, Any] | None:
-        # pymeshlab's own methods give nothing rather than an empty dictionary
+        # methods of pymeshlab return None in place of an empty dictionary
         return self.apply_filter(declared.python_name, **parameters) or None
 
     method.__name__ = declared.python_name
@@ -107,7 +107,7 @@ def _signature(declared: Filter) -> inspect.Signature:
         inspect.Parameter(
             p.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=... if p.default is None else shown_default(p),  # ... where MeshLab computes it for the mesh
+            default=... if p.default is None else shown_default(p),  # ... if MeshLab computes it for the mesh
             annotation=_annotation(p),
         )
         for p in declared.parameters
@@ -123,20 +123,20 @@ def _annotation(parameter: Parameter) -> Any:
 
 
 def shown_default(parameter: Parameter) -> Any:
-    """The default as a user would write it: a length as text."""
+    """Returns the default as a user writes it: a length is a text."""
     if isinstance(parameter.default, Length):
         return length_text(parameter.default)
     return parameter.default
 
 
 def length_text(length: Length) -> str:
-    """A length in its shortest form: ``1%``, ``0.5edge``, ``0.3``."""
+    """Returns the shortest text of a length: ``1%``, ``0.5edge``, ``0.3``."""
     amount = repr(length.amount)
     return amount.removesuffix(".0") + str(length).removeprefix(amount)
 
 
 def method_docstring(declared: Filter) -> str:
-    """The description, every parameter with what it takes, and the references, in Google style."""
+    """Returns a docstring in Google style: the description, the parameters with allowed values, and the references."""
     parts = [_rewrapped(paragraph) for paragraph in (declared.info.strip() or _about_builtin(declared)).split("\n\n")]
     if declared.parameters:
         parts.append("Args:\n" + "\n".join(_described(p) for p in declared.parameters))
@@ -149,13 +149,13 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    """The description of a filter of MeshLab's from the table of facts."""
+    """Returns a description of a filter of MeshLab, from the table of facts."""
     menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
     return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:
-    """The paragraph with lines short enough for an indented docstring; one that is laid out by hand stays as it is."""
+    """Wraps a paragraph for an indented docstring; keeps a layout by hand."""
     lines = paragraph.splitlines()
     by_hand = any(not line[:1].isalpha() for line in lines)
     return paragraph if by_hand or max(map(len, lines), default=0) <= _WIDTH else _indented(paragraph, 0)
@@ -163,7 +163,7 @@ def _rewrapped(paragraph: str) -> str:
 
 def _described(parameter: Parameter) -> str:
     sentences = [parameter.help or f"{parameter.xml_name!r} in scripts."]
-    if not isinstance(parameter, Bool | Enum):  # their type has all of it
+    if not isinstance(parameter, Bool | Enum):  # their type shows the allowed values
         sentences.append(f"Takes {parameter.describe_allowed()}.")
     if parameter.default is None and not parameter.help:
         sentences.append("Left out, MeshLab takes what suits the mesh.")

@@ -1,1 +1,1 @@
-"""Processes that do work for this one, and the channel to them: of runs, batches, tiles and the tuning page."""
+"""Worker processes, and the channel to them, for runs, batches, tiles and the tuning page."""

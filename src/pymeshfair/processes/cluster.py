@@ -1,4 +1,4 @@
-"""Connects to a dask scheduler, and checks that its workers have the packages and the files of this machine."""
+"""Connects to a dask scheduler, and checks that its workers have the same packages and files as this machine."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from .environment import packages_here
 if TYPE_CHECKING:
     from distributed import Client
 
-#: seconds in which a scheduler must answer
+#: how long a scheduler may take to answer
 _ANSWER = "10s"
-#: prefix of the probe file's name; workers read it to show that they see the folder of outputs
+#: prefix of the name of the probe file, which workers read to prove that they see the folder of outputs
 _PROBE_PREFIX = ".pymeshfair-batch-"
 
 
@@ -31,7 +31,7 @@ class ClusterError(RunError):
 
 
 class LostSchedulerError(ClusterError):
-    """The scheduler does not answer any more."""
+    """The connection to the scheduler is lost."""
 
     def __init__(self) -> None:
         super().__init__("the scheduler does not answer any more; restart it, then continue with --resume")
@@ -42,13 +42,13 @@ class Scheduler:
     """The address and the certificates of a dask scheduler, as in dask's own commands."""
 
     address: str = ""  # such as ``tcp://host:8786``; empty if it is in `file`
-    file: Path | None = None  # the file in which ``dask scheduler --scheduler-file`` writes its address
-    ca_file: Path | None = None  # certificates of the authorities that may have signed the scheduler's
+    file: Path | None = None  # the file to which ``dask scheduler --scheduler-file`` writes its address
+    ca_file: Path | None = None  # certificates of the authorities that the client trusts
     certificate: Path | None = None  # the certificate of this client
     key: Path | None = None  # its private key
 
     def place(self) -> str:
-        """The address."""
+        """Returns the address."""
         if self.file is None:
             return self.address
         try:
@@ -57,7 +57,7 @@ class Scheduler:
             raise ClusterError(f"{self.file} has no address of a scheduler: {error}") from error
 
     def security(self) -> Any:
-        """The certificates; None leaves it to dask's configuration."""
+        """Returns the certificates for dask; None leaves them to its configuration."""
         from distributed.security import Security
 
         files = {"tls_ca_file": self.ca_file, "tls_client_cert": self.certificate, "tls_client_key": self.key}
@@ -70,17 +70,17 @@ class Scheduler:
 
 @contextlib.contextmanager
 def open_client(scheduler: Scheduler) -> Iterator[Client]:
-    """A client of a scheduler."""
+    """Opens a client of a scheduler."""
     try:
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
-    # Silences dask's logs: errors are reported by our own messages. Some of its loggers have their own level.
+    # Our messages report errors, so the loggers of dask are silenced one by one: some have a level of their own.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about differing versions of dask's packages
+        warnings.simplefilter("ignore")  # dask warns of versions that differ
         address, security = scheduler.place(), scheduler.security()
         try:
             client = Client(address, security=security, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
@@ -93,7 +93,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
 
 @dataclass(frozen=True)
 class Conditions:
-    """Requirements on a worker."""
+    """The conditions that a worker must meet."""
 
     packages: Mapping[str, str | None]  # the version of each package
     probe: Path  # a file in the folder of outputs
@@ -103,12 +103,12 @@ class Conditions:
     digest: str  # of the recipe
 
     def unfit(self) -> list[str]:
-        """The reasons against this process as a worker; empty if there are none."""
-        here, folder = packages_here(), self.probe.parent
+        """Returns the reasons why this process cannot be a worker; empty if it can."""
+        installed, folder = packages_here(), self.probe.parent
         reasons = [
-            f"it has {f'{name} {here[name]}' if here[name] else f'no {name}'}, and this machine {version or 'none'}"
+            f"it has {f'{name} {installed[name]}' if installed[name] else f'no {name}'}, and this machine {version or 'none'}"
             for name, version in self.packages.items()
-            if here[name] != version
+            if installed[name] != version
         ]
         try:
             if (digest := pickle.loads(self.recipe).digest) != self.digest:
@@ -133,9 +133,9 @@ class Conditions:
 
 @contextlib.contextmanager
 def conditions(folder: Path, recipe: Any, inputs: Sequence[Path]) -> Iterator[Conditions]:
-    """Requirements on workers for a `Recipe`; during the context the folder of outputs holds the probe file."""
-    for left in folder.glob(f"{_PROBE_PREFIX}*"):  # left by a killed run
-        left.unlink(missing_ok=True)
+    """Yields the conditions for a `Recipe`; during the context the folder of outputs has the probe file."""
+    for old_probe in folder.glob(f"{_PROBE_PREFIX}*"):  # a killed run may have left it
+        old_probe.unlink(missing_ok=True)
     path, token = folder / f"{_PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
     try:
         path.write_text(token, "ascii")
@@ -148,9 +148,9 @@ def conditions(folder: Path, recipe: Any, inputs: Sequence[Path]) -> Iterator[Co
         path.unlink(missing_ok=True)
 
 
-def check_workers(client: Client, wanted: Conditions) -> None:
-    """Refuse workers that do not fulfil the conditions."""
-    answers = client.run(wanted.unfit, on_error="return")
+def check_workers(client: Client, worker_conditions: Conditions) -> None:
+    """Raises `ClusterError` if a worker does not meet the conditions, or if there are no workers."""
+    answers = client.run(worker_conditions.unfit, on_error="return")
     if not answers:
         raise ClusterError("the scheduler has no workers; start some, and start again")
     unfit = {

@@ -1,4 +1,4 @@
-"""Processes that carry out orders, seen from the one that gives them: new interpreters or copies of this one; a pool of them."""
+"""The side of the parent: starts worker processes, as new interpreters or forks, sends them orders, and pools them."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from ..operating_system import this_system
 from .environment import TRIM_THRESHOLD, program_of, worker_environment
 from .worker import END_OF_TALK, Answer, Order, serve
 
-#: what comes from a process: ``("event", value)`` that a task reports, ``("talk", line)`` for a line on its stderr,
-#: ``("answer", Answer)`` and ``("silent", None)`` when a task has ended and all its talk was read, and ``("end", None)`` twice,
-#: when the two streams are closed
+#: the items from a process: ``("event", value)`` that a task reports; ``("talk", line)``, a line on its stderr; at the end of a
+#: task ``("answer", Answer)``, and ``("silent", None)`` after its last line on stderr; ``("end", None)`` for each of the two
+#: streams when it is closed
 Items: TypeAlias = SimpleQueue[tuple[str, Any]]
 
-#: the most bytes of one line of talk
+#: the most bytes of a line on stderr
 _LINE_LIMIT = 4096
 #: seconds to wait for a killed process; it takes longer only if a disk does not answer
 _PATIENCE = 5.0
-#: seconds between two looks at a silent process, and for the rest of its talk once the answer is there
+#: seconds between two checks of a silent process, and to wait for the rest of its stderr after the answer
 _PULSE = 0.5
-#: the count of processes that may be lost with one task
-_LOST = 4
-#: of the C library's ``mallopt``
+#: how many processes may be lost with one task before it fails
+_MOST_LOST = 4
+#: the parameter of the C function ``mallopt``
 _M_TRIM_THRESHOLD = -1
 
 
@@ -47,19 +47,19 @@ class LostProcessError(RunError):
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the worker process ended with status {status}")
-        self.status = status  # its exit status; minus the signal's number if a signal ended it
+        self.status = status  # its exit status, or minus the number of the signal that ended it
 
 
 class Process:
-    """A process that waits for orders, and does one at a time."""
+    """A worker process, which does one order at a time."""
 
     def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
-        """Start it: a copy of this process or a new interpreter, which imports modules before the first order.
+        """Starts the process: a fork of this process, or a new interpreter, which imports `modules` before the first order.
 
-        See `worker_environment` for the threads that a filter may use.
+        `threads` is the number that a filter may use, see `worker_environment`.
         """
         self._system = this_system()
-        # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
+        # In its own session Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
         self._process: Any = (
             ForkedProcess(threads)
             if forked
@@ -75,7 +75,7 @@ class Process:
         self.pid = self._process.pid
         self.is_idle = True
         self._items: Items = SimpleQueue()
-        self._readers: list[threading.Thread] = []  # from the first order on, so that this process may be forked until then
+        self._readers: list[threading.Thread] = []  # are started with the first order, so that this process can fork until then
 
     def do(
         self,
@@ -85,75 +85,75 @@ class Process:
         items: Items | None = None,
         pulse: Callable[[], float] = lambda: _PULSE,
     ) -> Answer:
-        """Give it an order and wait for the answer; raises `LostProcessError` if it ends without one.
+        """Sends an order and waits for the answer; raises `LostProcessError` if the process ends without one.
 
         Args:
             order: the work.
-            take: called with all else that comes; an exception that it raises ends the waiting.
-            items: what comes is put there, perhaps among items of others.
-            pulse: called time and again for the most seconds to wait; may raise, too.
+            take: called with each other item; if it raises, the wait ends.
+            items: the queue for items, to which others may also add.
+            pulse: called before each wait, returns its most seconds; if it raises, the wait ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
         if not self._readers:
             for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
                 self._readers.append(threading.Thread(target=read, args=(stream,), daemon=True))
                 self._readers[-1].start()
-        with suppress(OSError):  # it has died already, which the end of its streams tells
+        with suppress(OSError):  # the process has ended already
             pickle.dump(order, self._process.stdin)
             self._process.stdin.flush()
-        done: Answer | None = None
+        answer: Answer | None = None
         missing = {"answer", "silent"}
         while missing:
             try:
                 kind, item = self._items.get(timeout=pulse())
             except Empty:
-                if done is not None:
-                    break  # something that it started holds its stderr
+                if answer is not None:
+                    break  # a process that it started holds its stderr open
                 kind, item = "end" if self.has_ended() else "", None
-            if kind == "end" and done is None:
-                with suppress(Empty):  # it may have said something last
+            if kind == "end" and answer is None:
+                with suppress(Empty):  # reads its last lines on stderr
                     while (item := self._items.get(timeout=_PULSE))[0] != "end":
                         if item[0] == "talk":
                             take(*item)
                 raise LostProcessError(self.wait())
             missing.discard(kind)
             if kind == "answer":
-                done = item
+                answer = item
             elif kind not in ("", "end", "silent"):
                 take(kind, item)
-        assert done is not None
-        self.is_idle = not missing and not done.is_used_up
-        return done
+        assert answer is not None
+        self.is_idle = not missing and not answer.is_used_up
+        return answer
 
     def has_ended(self) -> bool:
-        """Whether it is gone; processes that it started may still hold its pipes open."""
+        """Returns whether the process has ended; processes that it started may still hold its pipes open."""
         return self._process.returncode is not None or self._system.has_ended(self._process)
 
     def wait(self) -> int:
-        """Its exit status, once it has ended; minus a signal's number if that was the end."""
+        """Waits for the end of the process; returns its exit status, or minus the number of the signal that ended it."""
         return int(self._process.wait())
 
     def kill(self) -> None:
-        """End it and the processes that it has started; may be called from any thread."""
-        if self._process.returncode is None:  # else it has been waited for, and another process may have its number by now
+        """Ends the process and all processes that it has started; any thread may call this."""
+        if self._process.returncode is None:  # else another process may have its number by now
             self._system.kill(self._process)
 
     def close(self) -> None:
-        """End it, and leave nothing of it."""
+        """Ends the process, and frees its threads and streams."""
         self.kill()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
         for reader in self._readers:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            with suppress(OSError):  # its last order has not arrived
+            with suppress(OSError):  # it has not read its last order
                 stream.close()
 
     def _read_reports(self, stream: IO[bytes]) -> None:
-        with suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):  # killed, perhaps in the middle of its answer
+        with suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):  # the process was killed
             while True:
                 item = pickle.load(stream)
-                self._items.put(item)  # those of the order that is being carried out by now
+                self._items.put(item)  # to the queue of the current order
         self._items.put(("end", None))
 
     def _read_talk(self, stream: IO[bytes]) -> None:
@@ -167,36 +167,36 @@ class Process:
 
 
 def can_fork() -> bool:
-    """Whether a fork of this process is sound, and gives the results of a new one.
+    """Returns whether a fork of this process is safe, and gives the same results as a new interpreter.
 
-    It is not where other threads run, as the lock that one of them holds stays locked in the copy for ever; nor on systems whose
-    libraries do not survive it, nor where Python was started with names of files in another encoding than workers have.
+    It is not safe if other threads run, since their locks stay locked in the fork, or if the libraries of the system do not allow
+    it. Results may differ if the encoding of file names is not UTF-8.
     """
     is_alone = this_system().can_fork and len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 - names alone
     return is_alone and sys.getfilesystemencoding() == "utf-8"
 
 
 class ForkedProcess:
-    """A copy of this process that has all loaded that this one has, and serves; has what is used of `subprocess.Popen`."""
+    """A fork of this process that serves orders, with all modules loaded; has the used methods of `subprocess.Popen`."""
 
     def __init__(self, threads: int | None) -> None:
-        """Fork; see `worker_environment` for `threads`."""
+        """Forks; see `worker_environment` for `threads`."""
         pipes = [os.pipe() for _ in range(3)]
-        theirs = [pipes[0][0], pipes[1][1], pipes[2][1]]
-        ours = [pipes[0][1], pipes[1][0], pipes[2][0]]
+        child_ends = [pipes[0][0], pipes[1][1], pipes[2][1]]
+        parent_ends = [pipes[0][1], pipes[1][0], pipes[2][0]]
         gc.freeze()  # so that both processes share the memory of these objects
         self.pid = os.fork()
         if self.pid == 0:
-            _become_worker(theirs, worker_environment(threads))
-        for descriptor in theirs:
+            _become_worker(child_ends, worker_environment(threads))
+        for descriptor in child_ends:
             os.close(descriptor)
         self.returncode: int | None = None
-        self.stdin: IO[bytes] = os.fdopen(ours[0], "wb")
-        self.stdout: IO[bytes] = os.fdopen(ours[1], "rb")
-        self.stderr: IO[bytes] = os.fdopen(ours[2], "rb")
+        self.stdin: IO[bytes] = os.fdopen(parent_ends[0], "wb")
+        self.stdout: IO[bytes] = os.fdopen(parent_ends[1], "rb")
+        self.stderr: IO[bytes] = os.fdopen(parent_ends[2], "rb")
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit status, minus a signal's number if that was the end."""
+        """Waits for the end of the process; returns its exit status, or minus the number of the signal that ended it."""
         end = time.monotonic() + (math.inf if timeout is None else timeout)
         while self.returncode is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
@@ -229,15 +229,15 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
 
 
 class Pool:
-    """So many processes at most, each started when it is needed; a context manager that leaves none behind.
+    """Lends at most `most` processes, each started when it is needed; a context manager that ends all.
 
-    May be used from several threads. A process that ended, or was given back in the middle of an order, is not lent again.
+    Several threads may use it. A process that ended, or was returned in the middle of an order, is not lent again.
     """
 
     def __init__(
         self, most: int = 1, threads: int | None = None, modules: Sequence[str] = (), *, rest_after: float | None = None
     ) -> None:
-        """See the class; processes that have nothing to do are ended after so many seconds, None keeps them."""
+        """See the class; idle processes are ended after `rest_after` seconds, or kept if it is None."""
         self._rest_after = rest_after
         self._clock = threading.Timer(0.0, self.rest)
         self.most = most
@@ -257,7 +257,7 @@ class Pool:
         self.close()
 
     def close(self) -> None:
-        """End all processes, and lend no more; tasks that were submitted are not begun or fail."""
+        """Ends all processes, and lends no more; submitted tasks are cancelled or fail."""
         self._callers.shutdown(wait=False, cancel_futures=True)
         with self._lock:
             self._is_over = True
@@ -269,19 +269,19 @@ class Pool:
         self.rest()
 
     def check_open(self) -> None:
-        """Raise `RunError` once it is closed."""
+        """Raises `RunError` if the pool is closed."""
         if self._is_over:
             raise RunError("the workers are ended")
 
     def prepare(self) -> None:
-        """Start all processes ahead: as copies of this one, which loads the modules for that, where that is sound."""
+        """Starts all processes at once: as forks of this one, with the modules loaded, where a fork is safe."""
         if can_fork():
             for name in self._modules:
                 importlib.import_module(name)
         self._idle += [Process(self._threads, self._modules, forked=can_fork()) for _ in range(self.most)]
 
     def rest(self) -> None:
-        """End the processes that have nothing to do."""
+        """Ends the idle processes."""
         with self._lock:
             idle, self._idle = self._idle, []
         for process in idle:
@@ -289,7 +289,7 @@ class Pool:
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
-        """A process, for as long as the context lasts."""
+        """Lends a process for the duration of the context."""
         with self._free:
             with self._lock:
                 self.check_open()
@@ -308,25 +308,25 @@ class Pool:
                     process.close()
 
     def _rest_later(self, seconds: float) -> None:
-        """Let `rest` be called in a while, unless something was done meanwhile."""
+        """Schedules a call of `rest`; each new call puts it off."""
         self._clock.cancel()
         self._clock = threading.Timer(seconds, self.rest)
         self._clock.daemon = True
         self._clock.start()
 
     def submit(self, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None) -> Future[Answer]:
-        """Do a task as soon as a process is free; it begins again if its process is lost.
+        """Does a task as soon as a process is free; repeats it if the process is lost.
 
-        The future raises `LostProcessError` if that happens time and again.
+        The future raises `LostProcessError` if `_MOST_LOST` processes are lost with the task.
         """
         return self.call(self._do, Order.of(task, *arguments, memory_limit=memory_limit))
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Call a function, which may lend a process, in a thread of this process."""
+        """Calls a function, which may lend a process, in a thread of this process."""
         return self._callers.submit(function, *arguments)
 
     def _do(self, order: Order) -> Answer:
-        for _ in range(_LOST - 1):
+        for _ in range(_MOST_LOST - 1):
             with suppress(LostProcessError), self.lend() as process:
                 return process.do(order)
         with self.lend() as process:

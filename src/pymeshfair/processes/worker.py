@@ -1,7 +1,7 @@
-"""A process that carries out orders, and gives answers: ``python -m pymeshfair.processes.worker MODULE...``.
+"""The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
-Orders come on stdin one after the other, events and answers go to the original stdout, all of them pickled. The modules are
-imported until the first order comes. The process ends with the one that gives the orders, also in the middle of a task.
+It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules until the
+first order comes. It ends with its parent, the process that sends orders, also in the middle of a task.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ from ..errors import PymeshfairError
 from ..garbage import collect_seldom
 from ..operating_system import this_system
 
-#: the line on stderr that ends the talk of a task
+#: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
 
 class DefectError(PymeshfairError):
-    """A task raised an exception of an unexpected kind: a defect of pymeshfair. The message names the exception."""
+    """A task raised an unexpected exception, a defect of pymeshfair; the message names the exception."""
 
 
 @dataclass(frozen=True)
 class Order:
     """A call of a function in another process."""
 
-    call: bytes  # the function and its arguments, pickled: a function of a module, or a method of a value that can be pickled
-    memory_limit: int | None = None  # bytes that the process may take, or None
-    if_lost: bytes | None = None  # pickled, a function that the worker calls if the process that sent the order ends; or None
+    call: bytes  # pickled: a function of a module or a method of a picklable object, and its arguments
+    memory_limit: int | None = None  # the most bytes of the process, or None
+    if_lost: bytes | None = None  # a pickled function that the worker calls if its parent ends, or None
 
     @classmethod
     def of(
         cls, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None, if_lost: Callable[[], None] | None = None
     ) -> Order:
-        """The order to call `task` with those arguments."""
+        """Returns the order to call `task` with the arguments."""
         return cls(pickle.dumps((task, arguments)), memory_limit, None if if_lost is None else pickle.dumps(if_lost))
 
 
@@ -55,16 +55,16 @@ class Answer:
     """The result of a task."""
 
     result: Any = None  # its return value
-    #: the exception that it raised: one of pymeshfair's, MemoryError, ImportError, OSError, or `DefectError`; or None
+    #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`; None without one
     error: Exception | None = None
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
-    peak_memory: int | None = None  # the peak of its memory during the task in bytes, or None if the system does not measure it
-    is_used_up: bool = False  # whether the process must not do another task, see `use_up`
+    peak_memory: int | None = None  # the peak memory during the task in bytes, or None if the system does not measure it
+    is_used_up: bool = False  # whether the process can do no other task, see `use_up`
 
 
 def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
-    """Do a task in this process, and measure it."""
+    """Does a task in this process, and measures its peak memory."""
     this_system().forget_peak_memory()
     result, error, details = None, None, ""
     try:
@@ -76,7 +76,7 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
 
 
 def _sendable(error: Exception) -> Exception:
-    """An exception that can be raised in another process."""
+    """Returns an equivalent exception that can be pickled."""
     match error:
         case PymeshfairError():
             return error
@@ -90,7 +90,7 @@ def _sendable(error: Exception) -> Exception:
 
 
 class _Channel:
-    """The channel to the process that gives the orders; None in a process without one."""
+    """The channel from this worker to its parent; `reports` is None in other processes."""
 
     reports: io.BufferedWriter | None = None
     if_lost: bytes | None = None
@@ -98,20 +98,20 @@ class _Channel:
 
 
 def report(event: Any) -> None:
-    """Send an event to the process that gave the order; in a process without orders nothing happens."""
+    """Sends an event to the parent; does nothing in a process that is no worker."""
     if _Channel.reports is not None:
-        with suppress(OSError):  # that process has ended
+        with suppress(OSError):  # the parent has ended
             pickle.dump(("event", event), _Channel.reports)
             _Channel.reports.flush()
 
 
 def use_up() -> None:
-    """Let this process do no other task after this one, which has left something behind that changes the results of others."""
+    """Marks this process as used up: the current task has left a state that changes the results of later tasks."""
     _Channel.is_used_up = True
 
 
 def serve(modules: Sequence[str]) -> None:
-    """Carry out the orders on stdin; `modules` are imported until the first one comes."""
+    """Carries out the orders on stdin; imports `modules` until the first one comes."""
     collect_seldom()
     orders, reports = _take_over_streams()
     faulthandler.enable()
@@ -135,14 +135,14 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Load what the first order will need while it is on its way."""
+    """Loads what orders need, until the first one comes."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]
     for load in loads:
         if not inbox.empty():
             return
-        with suppress(Exception):  # the order meets it again, and tells it
+        with suppress(Exception):  # the order meets the same error, and reports it
             load()
 
 
@@ -152,7 +152,7 @@ def _receive(orders: BinaryIO, inbox: SimpleQueue[Order]) -> None:
             order: Order = pickle.load(orders)
             _Channel.if_lost = order.if_lost
             inbox.put(order)
-    except (EOFError, pickle.UnpicklingError, OSError):
+    except (EOFError, pickle.UnpicklingError, OSError):  # the parent has ended
         if _Channel.if_lost is not None:
             pickle.loads(_Channel.if_lost)()
     finally:
@@ -160,19 +160,19 @@ def _receive(orders: BinaryIO, inbox: SimpleQueue[Order]) -> None:
 
 
 def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
-    """Keep stdin and stdout for orders and answers: MeshLab's filters and their libraries print to stdout."""
+    """Keeps stdin and stdout for orders and answers: MeshLab's filters print to stdout, which becomes the null device."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb")
-    nothing = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nothing, 0)
-    os.dup2(nothing, 1)
-    os.close(nothing)
+    null_device = os.open(os.devnull, os.O_RDWR)
+    os.dup2(null_device, 0)
+    os.dup2(null_device, 1)
+    os.close(null_device)
     assert isinstance(reports, io.BufferedWriter)
     return orders, reports
 
 
 if __name__ == "__main__":
-    # The module that tasks import is this one, too, and not a second of the same name.
+    # Tasks import this module by its full name: there must be one copy of its state.
     from pymeshfair.processes import worker
 
     worker.serve(sys.argv[1:])

@@ -1,1 +1,1 @@
-"""Clouds and meshes larger than memory: cut into tiles, filtered tile by tile with dask, the same result as in one piece."""
+"""Runs for clouds and meshes larger than memory: filters them tile by tile, with the same result as in one piece."""

@@ -1,7 +1,7 @@
-"""A cloud by tiles: a step selects points and may delete them, or gives them normals; the result is written by slices.
+"""Steps on clouds by tiles: they select points and may delete them, or compute normals; the result is written by slices.
 
-Of coincident points, and of those in a cell of a grid, all but the first go. For LoOP neighbours are sought in the tile and in
-the cells around it, and then compared with theirs. `neighbours` has the other steps.
+This module has the steps that keep one of the points at a place or in a cell of a grid, and LoOP (local outlier probability).
+`neighbours` has the others.
 """
 
 import math
@@ -29,130 +29,130 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Write down which points are at the place of one before, for buckets, each with its row, that share no place with others."""
-    places = np.empty((0, 3))
+    """Marks the points that coincide with an earlier one; takes buckets with their first rows. Other buckets share no place."""
+    points = np.empty((0, 3))
     for first, bucket in buckets:
-        here, numbers = bucket.read()
-        count, together = len(places), np.concatenate([places, here])
-        firsts, _ = numbered(together)
-        later = np.ones(len(here), np.uint8)
+        coordinates, numbers = bucket.read()
+        count, points = len(points), np.concatenate([points, coordinates])
+        firsts, _ = numbered(points)
+        later = np.ones(len(coordinates), np.uint8)
         later[firsts[count:] - count] = 0
         results.write(first, numbers, later)
-        places = together[firsts]
+        points = points[firsts]
 
 
 class OutlierTiles(PointTiles):
-    """The tasks of LoOP; the results are the factors."""
+    """The tasks of LoOP (local outlier probability); the results are the outlier factors PLOF."""
 
     result = "<f8", 1
 
-    distances = Stored("<f8")  # the standard ones by slot, in the unit of trees
+    distances = Stored("<f8")  # standard distances by slot, divided by the scale of the cells
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.85))
         tasks.map(self.finish, tiles, part_of(progress, 0.85, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """The standard distances of the points in the cells from `first` to before `last`; the factors of those far inside."""
+        """Writes the standard distances of the points of a tile, and the factors of points without neighbours in other tiles."""
         tile = TilePoints.of(self.cells, first, last, self.k)
-        asking, asked = [np.empty(0, np.intp)], [np.empty((0, self.k), np.int64)]
-        for some, nearest in tile.ask_around(self.most):
-            asking.append(some)
-            asked.append(nearest.slots)
-        rows, factors = np.concatenate(asking), np.zeros(len(tile.slots))
+        row_blocks, slot_blocks = [np.empty(0, np.intp)], [np.empty((0, self.k), np.int64)]
+        for rows, nearest in tile.search_around(self.most):
+            row_blocks.append(rows)
+            slot_blocks.append(nearest.slots)
+        rows, factors = np.concatenate(row_blocks), np.zeros(len(tile.slots))
         if len(rows) < len(factors):
             factors = outliers.compare_rows(tile.distances, tile.distances.take(tile.nearest))
         self.distances.write(tile.begin, tile.by_slot(tile.distances))
         self.results.write(tile.begin, tile.numbers, factors)
-        np.savez(self.aside(first), numbers=tile.numbers[rows], own=tile.distances[rows], slots=np.concatenate(asked))
+        np.savez(self.saved(first), numbers=tile.numbers[rows], distances=tile.distances[rows], slots=np.concatenate(slot_blocks))
 
     def finish(self, first: int, last: int) -> None:
-        """The factors of those points of a tile that had asked around; every tile must have been through `find`."""
-        numbers, own, slots = self.all_aside([(first, last)], "numbers", "own", "slots")
-        self.amend(first, last, numbers, outliers.compare_rows(own, self.distances.gather(slots)))
+        """Writes the factors of points with neighbours in other tiles; every tile must have been through `find`."""
+        numbers, distances, slots = self.load_saved([(first, last)], "numbers", "distances", "slots")
+        self.amend(first, last, numbers, outliers.compare_rows(distances, self.distances.gather(slots)))
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """The points of a file that are left."""
+    """The remaining points of a file: those that no step has deleted."""
 
     source: Source
-    folder: Path  # for the files of the work
-    kept: Column | None = None  # of each of its points whether it is left, None if all are
+    folder: Path  # of temporary files
+    kept: Column | None = None  # the mask of the remaining points; None if no point was deleted
 
-    scalars = Stored("<f8")  # the probability of each point of the file in the last stage that it was in
-    normals = Stored("<f8", 3)  # the normal of each point of the file in the last stage that gave it one
+    scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step that had the point
+    normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point one
 
-    def left(self, first: int, last: int) -> Bools:
-        """Which of some points of the file are left."""
+    def mask(self, first: int, last: int) -> Bools:
+        """Returns the mask of the remaining points among those from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
-        """(m, 3) coordinates and (m,) numbers of the points that are left, counted without the others."""
+        """Yields (m, 3) coordinates and (m,) numbers of the remaining points; the numbers do not count deleted points."""
         first = read = 0
-        for places in self.source.points(size):
-            start, read = read, read + len(places)
-            places = places[self.left(start, read)]
-            yield np.ascontiguousarray(places), np.arange(first, first + len(places))
-            first += len(places)
+        for points in self.source.points(size):
+            start, read = read, read + len(points)
+            points = points[self.mask(start, read)]
+            yield np.ascontiguousarray(points), np.arange(first, first + len(points))
+            first += len(points)
 
     def survey(self, size: int) -> tuple[int, Floats, Floats]:
-        """The number of points that are left, and the corners of their box; refuses coordinates that are not finite."""
+        """Returns the number of remaining points, and the corners of their box; refuses coordinates that are not finite."""
         count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
-        for places, numbers in self.slices(size):
-            if not np.isfinite(places).all():
-                bad = int(np.argmax(~np.isfinite(places).all(axis=1)))
+        for points, numbers in self.slices(size):
+            if not np.isfinite(points).all():
+                bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
                 raise FilterInputError(
-                    f"point {numbers[bad]} is {places[bad].tolist()}, which is not finite: remove such points first"
+                    f"point {numbers[bad]} is {points[bad].tolist()}, which is not finite: remove such points first"
                 )
-            count += len(places)
-            low = np.minimum(low, places.min(axis=0, initial=np.inf))
-            high = np.maximum(high, places.max(axis=0, initial=-np.inf))
+            count += len(points)
+            low = np.minimum(low, points.min(axis=0, initial=np.inf))
+            high = np.maximum(high, points.max(axis=0, initial=-np.inf))
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """The points in buckets, see `divide`; with a `grid` their cells in one of such cubes."""
+        """Divides the remaining points into buckets; with `grid`, the side of its cells, divides their cells instead."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
-            for places, numbers in self.slices(size):
-                yield places if grid is None else outliers.grid_cells(places, grid), numbers
+            for points, numbers in self.slices(size):
+                yield points if grid is None else outliers.grid_cells(points, grid), numbers
 
         return divide(slices, count, folder, most=most)
 
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
-        """Give the points that are left what the tiles have found; what the filter reports.
+        """Stores the results of the tiles for the remaining points; returns the report of the filter.
 
-        A selection writes down in `target` which points of the file are left after it.
+        A selection writes to `target` the mask of the points that remain after it.
         """
-        found = replace(results.values, path=self.folder / "found")  # of the points that are left, in their order
+        point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
         for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):
-            found.write(first, block)
+            point_results.write(first, block)
         column = {LOOP: self.scalars, POINT_NORMALS: self.normals}.get(step.filter)
         if column is not None and not column.path.exists():
             column.write(total - 1, np.zeros((1, column.width)))
         spread = 0.0
         if step.filter == LOOP:
-            spread = outliers.spread_of(lambda: found.slices(outliers.SPREAD_BLOCK), step.values["extent"])
+            spread = outliers.spread_of(lambda: point_results.slices(outliers.SPREAD_BLOCK), step.values["extent"])
         selected, largest, sums = 0, 0.0, []
         for first in range(0, total, size):
-            left = self.left(first, min(first + size, total))
-            values = found.read(done, done + int(left.sum()))
+            remaining = self.mask(first, min(first + size, total))
+            values = point_results.read(done, done + int(remaining.sum()))
             done += len(values)
             if step.filter == LOOP:
                 values = outliers.probabilities_of(values, spread)
                 largest = max(largest, float(values.max(initial=0.0)))
                 sums.append(float(values.sum()))
             if column is not None:
-                whole = column.read(first, first + len(left))
-                whole[left] = values
-                column.write(first, whole)
+                block = column.read(first, first + len(remaining))
+                block[remaining] = values
+                column.write(first, block)
             if step.filter != POINT_NORMALS:
-                goes = values > step.values.get("threshold", 0)
-                selected += int(np.count_nonzero(goes))
-                left[left] = ~(goes & step.deletes)
-                target.write(first, left)
-        found.path.unlink()
+                is_selected = values > step.values.get("threshold", 0)
+                selected += int(np.count_nonzero(is_selected))
+                remaining[remaining] = ~(is_selected & step.deletes)
+                target.write(first, remaining)
+        point_results.path.unlink()
         if step.filter == POINT_NORMALS:
             return {}
         reported = {"largest_probability": largest, "mean_probability": math.fsum(sums) / count} if step.filter == LOOP else {}
@@ -162,7 +162,7 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """One step with tiles of at most `tile` bytes: what is left, the filter's report, the numbers of the cloud and its tiles."""
+    """Does a step with tiles of at most `tile` bytes; returns the cloud after it, the report of the filter, and sizes."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:
@@ -180,7 +180,7 @@ def do_step(
         tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
         results = Results(Column(folder / "results", "u1"))
         placed = zip([first for first, _ in tiles], buckets, strict=True)
-        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda one: one[1].path)]
+        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
         tasks.map(mark_later, groups, part_of(progress, 0.1, 0.9))
     else:
         scale = tree_scale(float(max(high.max(), -low.min())))
@@ -200,15 +200,15 @@ def do_step(
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Write what is left, as it was read, with the probabilities and the normals if there are any; how many points that are."""
-    total, names = len(cloud.source), cloud.source.names
+    """Writes the remaining points, with probabilities and normals if steps computed them; returns the number of points."""
+    total, names_of = len(cloud.source), cloud.source.names
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
     additions = (("scalars", cloud.scalars), ("normals", cloud.normals))
-    columns = [(names[name], column) for name, column in additions if column.path.exists()]
-    count = sum(int(np.count_nonzero(cloud.left(*rows))) for rows in slices)
+    columns = [(names_of[name], column) for name, column in additions if column.path.exists()]
+    count = sum(int(np.count_nonzero(cloud.mask(*rows))) for rows in slices)
     marks = (
-        (cloud.left(*rows), {n: v for own, c in columns for n, v in zip(own, np.atleast_2d(c.read(*rows).T), strict=True)})
+        (cloud.mask(*rows), {n: v for names, c in columns for n, v in zip(names, np.atleast_2d(c.read(*rows).T), strict=True)})
         for rows in slices
     )
-    cloud.source.write(target, count, marks, size, added=tuple(name for own, _ in columns for name in own))
+    cloud.source.write(target, count, marks, size, added=tuple(name for names, _ in columns for name in names))
     return count

@@ -1,4 +1,4 @@
-"""A run by tiles: the checks before it, and the work in place of that in one piece, which reads and writes by parts."""
+"""Runs a recipe by tiles: checks the job, does its steps tile by tile, and writes the output by slices."""
 
 import shutil
 import time
@@ -43,7 +43,7 @@ from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, sli
 from .sources import CLOUD_FORMATS, E57Cloud, MeshFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
-#: bytes of memory where the system does not say how many there are
+#: bytes of memory to assume if the system does not tell
 _USUAL_MEMORY = 4_000_000_000
 
 
@@ -56,15 +56,15 @@ def run_by_tiles(
     resume: bool = False,
     check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
-    """Carry out a job by tiles of at most `most` points or vertices, None for as many as fit.
+    """Carries out a job by tiles of at most `most` points or vertices; None for as many as fit into memory.
 
-    Its `memory_limit` is for the command and all its workers together. With `resume` it goes on with the files of a run that was
-    killed, and its own stay if it ends early. `check_wanted` is called every moment, and may raise to stop.
+    `memory_limit` of the job is for the command and all workers together. With `resume` the run continues from the files of one
+    that was killed, and keeps its own files if it ends early. `check_wanted` is called twice a second, and may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
-        ParameterError: too little memory, or something asked for that needs the whole mesh.
-        InputError, OutputError, StepFailedError, TileError, KeyboardInterrupt: as `run_job` says.
+        ParameterError: too little memory, or an option that needs the whole mesh.
+        InputError, OutputError, StepFailedError, TileError, KeyboardInterrupt: as in `run_job`.
     """
     plan, memory, share = check(job)
 
@@ -86,8 +86,8 @@ def run_by_tiles(
             }
             folder = opened.enter_context(work_folder(job.output, key, resume=resume))
             tasks.work = folder
-            course = _Course(job, most, share, tasks, folder.path, stage / "new" / job.output.name, on_event)
-            report = course.do_cloud(plan) if plan[0].is_on_cloud else course.move(plan)
+            run = _TiledRun(job, most, share, tasks, folder.path, stage / "new" / job.output.name, on_event)
+            report = run.do_cloud(plan) if plan[0].is_on_cloud else run.move(plan)
         peaks = sorted(tasks.peaks.values())[-share.workers :]
         return replace(
             report,
@@ -101,7 +101,7 @@ def run_by_tiles(
 
 
 def can_be_cut(job: Job) -> bool:
-    """Whether a job can be done by tiles: its recipe, its files, its limits and its memory allow it."""
+    """Returns whether the recipe, files, limits and memory of a job allow tiles."""
     try:
         check(job)
     except (ScriptError, ParameterError, RunError):
@@ -110,20 +110,20 @@ def can_be_cut(job: Job) -> bool:
 
 
 @dataclass
-class _Course:
-    """The steps of one run."""
+class _TiledRun:
+    """One run by tiles, with the reports of its finished steps."""
 
     job: Job
-    most: int | None
-    share: Budget
+    most: int | None  # the most points or vertices of a tile
+    share: Budget  # workers and their memory
     tasks: Tasks
-    folder: Path  # for the files of the work
-    staged: Path  # the output, in the staging folder
+    folder: Path  # of temporary files
+    staged: Path  # the output in the staging folder
     on_event: Callable[[Event], None]
     steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
-        """Do the steps on a cloud and write the result; the report."""
+        """Does the steps on a cloud and writes the result; returns the report."""
         source, notes, tile = open_cloud(self.job.input), tuple[str, ...](), self.share.tile
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
@@ -136,7 +136,7 @@ class _Course:
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
                 values |= reported
             stages.append(sizes)
-        self._pass_to(len(self.job.recipe.script.steps) + 1)
+        self._report_skipped(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
         size = slice_rows(tile, source.row)
         self.tasks.map(write_cloud, [(cloud, self.staged, size)], again=True)
@@ -144,7 +144,7 @@ class _Course:
         return self._report(stages, {"points": count, "low": low, "high": high}, notes)
 
     def move(self, plan: Sequence[PlannedStep]) -> Report:
-        """Move the vertices of a mesh and write the result; the report."""
+        """Moves the vertices of a mesh and writes the result; returns the report."""
         mesh, tile, most = MeshFile(self.job.input), self.share.tile, self.most
         for step in plan:
             with self._step(step.step) as (values, progress):
@@ -157,12 +157,12 @@ class _Course:
         work = MeshTiles(surface)
         lows, highs = zip(*self.tasks.map(work.finish, tiles), strict=True)
         arguments = work.results, surface.cells.slots_of_tiles(tiles), self.staged, slice_rows(tile, mesh.row)
-        self.tasks.map(mesh.write_places, [arguments], again=True)
+        self.tasks.map(mesh.write_points, [arguments], again=True)
         after = {**sizes, "low": np.min(lows, axis=0), "high": np.max(highs, axis=0)}
         return self._report([{**sizes, "tiles": len(tiles)}] * len(plan), after)
 
     def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: tuple[str, ...] = ()) -> Report:
-        """The report, by the numbers of the mesh and its tiles in each step, and those of the result."""
+        """Returns the report, from the sizes before each step in `stages`, and those of the result in `after`."""
         report = Report(
             input={},
             output=described_file(self.staged, named=self.job.output) | {"side_files": []},
@@ -173,21 +173,21 @@ class _Course:
         )
         if not self.job.measures:
             return report
-        before, now = _measures(stages[0]), _measures(after)
-        sides = [a / b - 1.0 if b else None for b, a in zip(before["sides"], now["sides"], strict=True)]
+        measures_before, measures_after = _measures(stages[0]), _measures(after)
+        sides = [a / b - 1.0 if b else None for b, a in zip(measures_before["sides"], measures_after["sides"], strict=True)]
         unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
-        return replace(report, before=before, after=now, change={"sides": sides} | unknown)
+        return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
-    def _pass_to(self, number: int) -> None:
-        """Name the steps before one that were done with others."""
-        for passed in range(len(self.steps) + 1, number):
-            with self._step(passed):
+    def _report_skipped(self, number: int) -> None:
+        """Reports the steps before `number` that were done together with an earlier one."""
+        for skipped in range(len(self.steps) + 1, number):
+            with self._step(skipped):
                 pass
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """One step of the recipe, with its events: takes what the filter reports, under "notes" its sentences, and progress."""
-        self._pass_to(number)
+        """Sends the events of one step; yields a dict for the report of the filter ("notes" has sentences), and its progress."""
+        self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
         self.on_event(StepStarted(number, len(script.steps), step.filter.name))
@@ -206,14 +206,14 @@ class _Course:
 
 
 def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
-    """The measures of a mesh by tiles."""
+    """Returns the measures for a report, from the number of points and their box."""
     sides = [float(b - a) if sizes["points"] else 0.0 for a, b in zip(sizes["low"], sizes["high"], strict=True)]
     diagonal = sum(s * s for s in sides) ** 0.5
     return {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
 
 
 def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
-    """Refuse what cannot be done by tiles, before anything is done; the steps, the memory, and its shares."""
+    """Refuses jobs that cannot be done by tiles; returns the steps, the bytes of memory, and the workers with their shares."""
     plan = plan_of(job.recipe.script)
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
@@ -221,7 +221,7 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     formats = CLOUD_FORMATS if is_cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
-            "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
+            "limits of the result, an intervention map and further layers need the whole mesh; leave them out, or drop --tiles"
         )
     check_input(job.input, (*formats, "e57") if is_cloud else formats)
     try:
@@ -248,10 +248,10 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
 
 
 def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
-    """Bytes on the disk of the work."""
+    """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes with each bucket of its corners, as it came and in order: measured were 23 each.
+    # A face takes 20 bytes for each bucket of its corners, both unsorted and sorted: on average 23 were measured for each.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)
@@ -259,7 +259,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
 
 @contextmanager
 def _as_failures_of_run(job: Job) -> Iterator[None]:
-    """Failures of tasks in the words of a run."""
+    """Raises failures of tasks as the errors of a run."""
     try:
         yield
     except ContentsError as error:

@@ -1,7 +1,7 @@
-"""A mesh by tiles: its vertices and faces in the files of cells, tiles with rings of faces, and steps that move its vertices.
+"""Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-The files are those of `Cells`, and the faces at the vertices of each cell, each face by the slots of its corners. A tile keeps
-the order of the whole. Normal filtering goes round by round: after each all tiles see what the others made of their vertices.
+`Cells` has the vertices. Further files have the faces at the vertices of each cell, with the slots of their corners. A tile keeps
+the order of the mesh. Each round of normal filtering reads the vertices of all tiles after the round before.
 """
 
 import contextlib
@@ -24,30 +24,30 @@ from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, ch
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
-from .plan import NORMALS, Filtering, PlannedStep, apply, chosen, cost_of, filtering_of, rings_of, slice_rows, surface_vertices
+from .plan import NORMALS, Filtering, PlannedStep, apply, choose, cost_of, filtering_of, rings_of, slice_rows, surface_vertices
 from .sources import MeshFile
 from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
-#: vertices of the sample that settings are chosen on, and cells of each of its patches
+#: vertices of the sample on which settings are chosen, and cells of each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
-#: a face: the slots of its corners, and its number
+#: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The files of a mesh."""
+    """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
     cells: Cells  # of its vertices
-    #: (b + 1,) the slot at which each bucket begins; the faces at its vertices are in a file of their own
+    #: (b + 1,) the slot at which each bucket begins; each bucket has a file of the faces at its vertices
     buckets: tuple[int, ...]
 
-    slots = Stored("<i4")  # of each vertex, by its number
+    slots = Stored("<i4")  # of the vertices, by number
     moved = Stored("<f8", 3)  # new coordinates by slot
-    before = Stored("<f8", 3)  # those before a step that may fold faces
-    state = Stored("<f8", 3)  # what a filter keeps between its passes
-    next_state = Stored("<f8", 3)  # that after a pass
+    before = Stored("<f8", 3)  # coordinates before a step that may fold faces
+    state = Stored("<f8", 3)  # coordinates between the passes of a filter
+    next_state = Stored("<f8", 3)  # the state after a pass
 
     def _raw(self, bucket: int) -> Path:
         return self.cells.folder / f"corners-{bucket}"
@@ -56,13 +56,13 @@ class Surface:
         return self.cells.folder / f"faces-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
-        """The begin and end of the faces of each cell of a bucket in its file."""
+        """Returns the column of the first row of each cell of a bucket in its file of faces, with the end of the last cell."""
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
-        """Give each face, of slices of (m, 3) numbers of vertices, to the buckets of its corners; how many faces there are.
+        """Writes each face to the files of the buckets that its corners are in; returns the number of faces.
 
-        Of the vertices `size` may be in memory.
+        `slices` yields faces as (m, 3) numbers of vertices. At most `size` vertices are in memory.
         """
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
@@ -71,7 +71,7 @@ class Surface:
             last = min(first + size, cells.count)
             slots[cells.numbers.read(first, last)] = np.arange(first, last)
         starts, count = np.array(self.buckets), 0
-        self.remove_unordered()  # of a process that was killed here
+        self.remove_unordered()  # a process that was killed here may have left them
         for corners in slices():
             wrong = ((corners < 0) | (corners >= cells.count)).any(axis=1)
             if wrong.any():
@@ -81,15 +81,15 @@ class Surface:
                 )
             faces = np.empty(len(corners), FACE)
             faces["corners"], faces["number"] = slots[corners], np.arange(count, count + len(corners))
-            there = np.searchsorted(starts, faces["corners"], "right") - 1
-            for bucket in np.unique(there).tolist():
+            bucket_of = np.searchsorted(starts, faces["corners"], "right") - 1
+            for bucket in np.unique(bucket_of).tolist():
                 with self._raw(bucket).open("ab") as file:
-                    file.write(faces[(there == bucket).any(axis=1)].tobytes())
+                    file.write(faces[(bucket_of == bucket).any(axis=1)].tobytes())
             count += len(corners)
         return count
 
     def order_faces(self, bucket: int) -> None:
-        """Put the faces of a bucket into the order of its cells; a face stands once with every cell that it touches."""
+        """Sorts the faces of a bucket by cell; a face is there once for each cell that its corners are in."""
         raw = self._raw(bucket)
         faces = np.fromfile(raw, FACE) if raw.exists() else np.empty(0, FACE)
         starts = self.cells.starts
@@ -97,7 +97,7 @@ class Surface:
         cell = np.searchsorted(starts, faces["corners"], "right") - 1
         cell[(cell < first) | (cell >= last)] = -1
         cell = np.sort(cell, axis=1)
-        cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # each cell of a face once
+        cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # drops repeated cells of a face
         row, column = np.nonzero(cell >= 0)
         order = np.argsort(cell[row, column], kind="stable")
         self._faces(bucket).write_bytes(faces[row[order]].tobytes())
@@ -105,99 +105,99 @@ class Surface:
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
-        """Remove the faces as they were before `order_faces`."""
+        """Removes the files that `order_faces` has read."""
         for bucket in range(len(self.buckets) - 1):
             self._raw(bucket).unlink(missing_ok=True)
 
     def faces_at(self, cells: Longs) -> NDArray[Any]:
-        """The faces at the vertices of some cells, given in ascending order; those at several cells stand there several times."""
+        """Returns the faces at the vertices of some cells, given in ascending order; faces at several cells are repeated."""
         faces = [np.empty(0, FACE)]
         bucket_of = np.searchsorted(np.array(self.buckets), self.cells.starts[cells], "right") - 1
         for bucket in np.unique(bucket_of).tolist():
             starts = self._starts(bucket).read(0, len(self._starts(bucket)))
-            own = cells[bucket_of == bucket] - np.searchsorted(self.cells.starts, self.buckets[bucket])
-            for run in np.split(own, np.flatnonzero(np.diff(own) > 1) + 1):
+            rows = cells[bucket_of == bucket] - np.searchsorted(self.cells.starts, self.buckets[bucket])
+            for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
                 begin, end = int(starts[run[0]]), int(starts[run[-1] + 1])
                 faces.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
         return np.concatenate(faces)
 
-    def turn(self, new: Column, old: Column) -> None:
-        """Put new values in the place of the old ones."""
-        with contextlib.suppress(FileNotFoundError):  # it was done before the process was killed
+    def replace_column(self, new: Column, old: Column) -> None:
+        """Replaces the old values by the new ones."""
+        with contextlib.suppress(FileNotFoundError):  # a process that was killed may have replaced it
             new.path.replace(old.path)
 
 
 @dataclass(frozen=True, eq=False)
 class TileMesh:
-    """A part of a mesh; vertices and faces in the order of the whole."""
+    """A tile with rings of faces around it; vertices and faces are in the order of the mesh."""
 
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
-    numbers: Longs  # (n,) of the vertices in the whole
-    own: Bools  # (n,) which vertices are the tile's; those that a face uses have all their faces here
-    slots: Longs  # (n,) where the vertices are stored
+    numbers: Longs  # (n,) of the vertices in the input
+    inside: Bools  # (n,) the mask of the vertices of the tile itself, which have all their faces here
+    slots: Longs  # (n,) of the vertices
 
     def write(self, column: Column, values: NDArray[Any]) -> None:
-        """Write of (n, ...) values those of the tile's own vertices, which have consecutive slots."""
-        column.write(int(self.slots[self.own].min()), values[self.own][np.argsort(self.slots[self.own])])
+        """Writes the rows inside of the tile of (n, ...) values; their slots are consecutive."""
+        column.write(int(self.slots[self.inside].min()), values[self.inside][np.argsort(self.slots[self.inside])])
 
     @property
-    def own_faces(self) -> Bools:
-        """(m,) which faces count with the tile: those whose first vertex is its own."""
-        return np.asarray(self.own[self.faces.min(axis=1)])
+    def inside_faces(self) -> Bools:
+        """Returns the (m,) mask of the faces that count for this tile: their vertex with the lowest number is inside."""
+        return np.asarray(self.inside[self.faces.min(axis=1)])
 
 
-def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, places: Column | None = None) -> TileMesh:
-    """The cells from `first` to before `last`, with the faces that are at most so many rings away, at least one.
+def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, points: Column | None = None) -> TileMesh:
+    """Returns the cells from `first` to before `last`, with `rings` rings of faces around them, at least one.
 
-    Every vertex that is less than `rings` faces away from one of the tile has all its faces. The coordinates are those in
-    `places`, by slot; None for those of the cells.
+    Every vertex that is fewer than `rings` edges away from the tile has all its faces. `points` has the coordinates by slot; None
+    takes the coordinates of the cells.
     """
     cells = surface.cells
     begin, end = cells.slots_of(first, last)
     outside, frontier, loaded = np.empty(0, np.int64), np.arange(first, last), np.zeros(len(cells.starts), np.bool_)
-    faces, found = np.empty(0, FACE), []
+    faces, blocks = np.empty(0, FACE), []
     for _ in range(max(rings, 1)):
-        new = frontier[~loaded[frontier]]
-        loaded[new] = True
-        faces = np.concatenate([faces, surface.faces_at(new)])
+        new_cells = frontier[~loaded[frontier]]
+        loaded[new_cells] = True
+        faces = np.concatenate([faces, surface.faces_at(new_cells)])
         corners = np.ascontiguousarray(faces["corners"])
         reached = (corners >= begin) & (corners < end)
         reached[~reached] = np.isin(corners[~reached], outside)
         touching = np.asarray(reached.any(axis=1))
-        found.append(faces[touching])
-        fresh = np.unique(corners[touching[:, None] & ~reached]).astype(np.int64)
-        outside = np.union1d(outside, fresh)
-        frontier = np.unique(np.searchsorted(cells.starts, fresh, "right") - 1)
+        blocks.append(faces[touching])
+        new_outside = np.unique(corners[touching[:, None] & ~reached]).astype(np.int64)
+        outside = np.union1d(outside, new_outside)
+        frontier = np.unique(np.searchsorted(cells.starts, new_outside, "right") - 1)
         faces = faces[~touching]
-    faces = np.concatenate(found)
+    faces = np.concatenate(blocks)
     faces = faces[np.unique(faces["number"], return_index=True)[1]]
     part = Part(begin, end, outside)
-    numbers = part.of_all(cells.numbers)
+    numbers = part.read_all(cells.numbers)
     order = np.argsort(numbers)
-    place = np.empty(len(order), np.int32)
-    place[order] = np.arange(len(order), dtype=np.int32)
-    vertices = part.of_all(cells.points if places is None else places)[order]
-    return TileMesh(vertices, place[part.rows(faces["corners"])], numbers[order], order < end - begin, part.slots[order])
+    row_of = np.empty(len(order), np.int32)
+    row_of[order] = np.arange(len(order), dtype=np.int32)
+    vertices = part.read_all(cells.points if points is None else points)[order]
+    return TileMesh(vertices, row_of[part.rows(faces["corners"])], numbers[order], order < end - begin, part.slots[order])
 
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks of moving the vertices of a mesh, each for the cells from `first` to before `last`; each may be done twice."""
+    """The tasks that move the vertices of a mesh, each for the cells from `first` to before `last`; each can be repeated."""
 
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """The box of the vertices that a face with three different corners uses; whether there is a border."""
+        """Returns the corners of the box of the vertices of faces with three different corners, and whether there is a border."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
-        points = tile.vertices[used & tile.own]
-        border = bool((border_vertices(tile.faces, len(used)) & tile.own).any())
+        points = tile.vertices[used & tile.inside]
+        border = bool((border_vertices(tile.faces, len(used)) & tile.inside).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
 
     def choose(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The parameters of normal filtering, those that are automatic chosen on patches of the mesh, or all of a small one."""
+        """Chooses the automatic parameters of normal filtering, on patches of the mesh or on all of a small mesh; returns all."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
@@ -206,22 +206,22 @@ class MeshTiles:
         parts = [tile_with_rings(self.surface, first, last, 1) for first, last in ranges]
         starts = accumulate((len(part.vertices) for part in parts), initial=0)
         faces = np.concatenate([part.faces + np.int32(start) for part, start in zip(parts, starts, strict=False)])
-        return chosen(values, np.concatenate([part.vertices for part in parts]), faces)
+        return choose(values, np.concatenate([part.vertices for part in parts]), faces)
 
     def move(self, step: PlannedStep, whole: Whole, first: int, last: int) -> None:
-        """One step that looks at rings around each vertex."""
+        """Does a step that needs a fixed number of rings around each vertex."""
         tile = tile_with_rings(self.surface, first, last, rings_of(step))
         moved = apply(step, tile.vertices, tile.faces, whole)
-        check_healthy(tile.vertices[tile.own], moved[tile.own], whole.diagonal, tile.numbers[tile.own].astype(np.int32))
+        check_healthy(tile.vertices[tile.inside], moved[tile.inside], whole.diagonal, tile.numbers[tile.inside].astype(np.int32))
         tile.write(self.surface.moved, moved)
 
     @property
     def results(self) -> Results:
-        """The final coordinates, those of each tile in the rows of its slots."""
+        """Returns the final coordinates; the rows of a tile are its slots."""
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Write down the final coordinates by number; the corners of their box."""
+        """Writes the final coordinates sorted by number; returns the corners of their box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
@@ -231,26 +231,26 @@ class MeshTiles:
 
 @dataclass(frozen=True)
 class FilteringTiles:
-    """The tasks of normal filtering: Taubin's steps, rounds, and folds of both taken back; each may be done twice."""
+    """The tasks of normal filtering: Taubin's steps, rounds, and undoing the folds of both; each can be repeated."""
 
     surface: Surface
     filtering: Filtering
-    whole: Whole  # the box of the vertices that faces use
+    whole: Whole  # the bounding box of the vertices of faces
     is_open: bool  # whether the mesh has borders
 
     def remember(self, first: int, last: int) -> None:
-        """Write down the coordinates, to which vertices may go back."""
+        """Stores the coordinates to which `unfold` may move vertices back."""
         begin, end = self.surface.cells.slots_of(first, last)
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Taubin's steps; the sums of `relaxed_part`."""
+        """Does Taubin's steps; returns the sums of `relaxed_part`."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
         moved, across, squares = denoising.relaxed_part(
             tile.vertices,
             tile.faces,
-            tile.own,
+            tile.inside,
             iterations=filtering.relaxation,
             direction=filtering.relaxation_direction,
             border=filtering.border,
@@ -262,7 +262,7 @@ class FilteringTiles:
         return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
-        """Put the vertices where they are after these, the outline with that share of its way along the surface."""
+        """Moves the vertices to the result of `relax`; outline vertices go only `share` of their way along the surface."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.state.read(begin, end)
@@ -271,20 +271,20 @@ class FilteringTiles:
         self.surface.next_state.write(begin, kept)
 
     def begin(self, first: int, last: int) -> None:
-        """Write down the normalised coordinates."""
+        """Stores the normalised coordinates as the state."""
         start, mesh = self._normalised(first, last)
         self.surface.state.write(start, mesh.points)
 
     def measure(self, first: int, last: int) -> tuple[list[float], int]:
-        """The contribution of a tile to the mean distance of centres."""
-        tile = tile_with_rings(self.surface, first, last, 3, places=self.surface.state)
-        return denoising.distances_of_part(tile.vertices, tile.faces, tile.own_faces)
+        """Returns the contribution of a tile to the mean distance of face centres."""
+        tile = tile_with_rings(self.surface, first, last, 3, points=self.surface.state)
+        return denoising.distances_of_part(tile.vertices, tile.faces, tile.inside_faces)
 
     def round(self, distance: float, first: int, last: int) -> None:
-        """One round."""
+        """Does one round: filters normals and moves the vertices of the state."""
         filtering = self.filtering
         rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
-        tile = tile_with_rings(self.surface, first, last, rings, places=self.surface.state)
+        tile = tile_with_rings(self.surface, first, last, rings, points=self.surface.state)
         moved = denoising.round_of_part(
             tile.vertices,
             tile.faces,
@@ -297,7 +297,7 @@ class FilteringTiles:
         tile.write(self.surface.next_state, moved)
 
     def end(self, first: int, last: int) -> None:
-        """Give the vertices their coordinates."""
+        """Scales the state back to coordinates."""
         start, mesh = self._normalised(first, last)
         moved = mesh.restored(self.surface.state.read(start, start + len(mesh)))
         numbers = self.surface.cells.numbers.read(start, start + len(mesh))
@@ -309,12 +309,12 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> int:
-        """How many more faces are folded than before; writes down where the vertices are if some keep that share of their way."""
+        """Moves vertices at new folds back, to `share` of their way; returns how many more faces are folded than before."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
-        folded, now = (folded_faces(vertices, tile.faces) for vertices in (before, after))
-        tile.write(self.surface.moved, denoising.going_back(before, after, tile.faces, now & ~folded, share))
-        return int(now[tile.own_faces].sum()) - int(folded[tile.own_faces].sum())
+        folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
+        tile.write(self.surface.moved, denoising.going_back(before, after, tile.faces, folded_after & ~folded_before, share))
+        return int(folded_after[tile.inside_faces].sum()) - int(folded_before[tile.inside_faces].sum())
 
 
 def cut(
@@ -327,7 +327,7 @@ def cut(
     most: int | None,
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
-    """Cut a mesh into cells for some steps; the mesh, and its numbers."""
+    """Divides a mesh into cells for some steps; returns its files, and its sizes."""
     cloud = Cloud(mesh, folder)
     size = slice_rows(tile, mesh.row)
     count, low, high = tasks.run(cloud.survey, size)
@@ -350,7 +350,7 @@ def cut(
 def do_move(
     surface: Surface, step: PlannedStep, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]
 ) -> dict[str, Any]:
-    """One step; what the filter reports."""
+    """Does one step; returns the report of the filter."""
     work, values = MeshTiles(surface), step.values
     chosen_values: dict[str, Any] = {}
     if step.filter == NORMALS and filtering_of(values) is None:
@@ -364,7 +364,7 @@ def do_move(
     progress = part_of(progress, 0.1, 1.0)
     if filtering is None:
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
-        tasks.run(surface.turn, surface.moved, surface.cells.points)
+        tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         return {}
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
@@ -377,22 +377,22 @@ def do_move(
         _do_rounds(filters, tiles, tasks, progress)
     share = denoising.HALF_WAY
     while sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles])) > 0:
-        tasks.run(surface.turn, surface.moved, surface.cells.points)
+        tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         share = 0.0
     return chosen_values
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """Taubin's steps, after which the mesh has other coordinates."""
+    """Does Taubin's steps of normal filtering; replaces the coordinates of the mesh."""
     squares = tasks.map(work.relax, tiles, progress)
-    sums = [(math.fsum(one[k][0] for one in squares), sum(one[k][1] for one in squares)) for k in (0, 1)]
+    sums = [(math.fsum(of_tile[k][0] for of_tile in squares), sum(of_tile[k][1] for of_tile in squares)) for k in (0, 1)]
     share = denoising.share_along(*(total / max(1, number) for total, number in sums))
     tasks.map(work.keep, [(share, *tile) for tile in tiles])
-    tasks.run(work.surface.turn, work.surface.next_state, work.surface.cells.points)
+    tasks.run(work.surface.replace_column, work.surface.next_state, work.surface.cells.points)
 
 
 def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """All rounds, after which the mesh has other coordinates."""
+    """Does all rounds of normal filtering; replaces the coordinates of the mesh."""
     surface, count = work.surface, work.filtering.outer_iterations
     tasks.map(work.begin, tiles)
     for done in range(count):
@@ -402,17 +402,17 @@ def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Call
             number = sum(n for _, n in sums)
             distance = math.fsum(part for parts, _ in sums for part in parts) / number if number else 0.0
         tasks.map(work.round, [(distance, *tile) for tile in tiles], part_of(progress, done / count, (done + 1) / count))
-        tasks.run(surface.turn, surface.next_state, surface.state)
+        tasks.run(surface.replace_column, surface.next_state, surface.state)
     tasks.map(work.end, tiles)
-    tasks.run(surface.turn, surface.moved, surface.cells.points)
+    tasks.run(surface.replace_column, surface.moved, surface.cells.points)
 
 
 def _whole(
     work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
 ) -> tuple[Whole, bool]:
-    """The box of the vertices that faces use, one place where no face has an area; whether the mesh has a border."""
+    """Returns the box of the vertices of faces, and whether the mesh has a border; the box is 0 if there are no such vertices."""
     lows, highs, borders = zip(*tasks.map(work.box, tiles, progress), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     if not np.isfinite(low).all():
-        low = high = np.zeros(3)  # nothing moves
+        low = high = np.zeros(3)  # no vertex moves
     return Whole(low, high), any(borders)

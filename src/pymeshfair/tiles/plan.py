@@ -1,6 +1,6 @@
-"""The steps of a recipe by tiles, on clouds or on meshes, with their rings and calls; and how large tiles are.
+"""Plans runs by tiles: which steps can be done, how many rings they need, how large tiles are, and the room on the disk.
 
-Sizes and the room on the disk follow from models, which ``benchmarks/scale.py`` measures.
+Models give these sizes; ``benchmarks/scale.py`` measures them.
 """
 
 import inspect
@@ -33,7 +33,7 @@ _CAN = (
     "LoOP, Select Surplus Points), delete the selected vertices, and compute normals for point sets; or move the vertices of a "
     "mesh by Taubin Smooth, Taubin Fairing, Explicit Smoothing, or Normal Filtering"
 )
-#: steps that need all of a cloud or a mesh: the reason, and what to take in their place
+#: steps that need the whole cloud or mesh: the reason, and the alternative
 _WHY = {
     _PROJECTION: "moves points with the bandwidth of the whole cloud; set 'iterations' to 0, which moves none",
     "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every "
@@ -42,13 +42,13 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: of normal filtering: defaults of the other parameters, and of the filter itself, by its authors
+#: defaults of normal filtering: of our additional parameters, and of the parameters of its authors
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
-_AUTHORS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
+_AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(denoising.normal_filtering).parameters[name].default
     for name in ("vertex_iterations", "outer_iterations")
 }
-#: values of its parameters that need the whole mesh
+#: values of parameters of normal filtering that need the whole mesh
 _WHOLE = {
     "neighborhood": ("radius", "geodesic"),
     "method": ("vertex_normals",),
@@ -56,34 +56,34 @@ _WHOLE = {
     "outliers": ("replace", "only"),
     "rounding": ("undo",),
 }
-#: rings of the widest setting that is chosen from, but for rounds: those of 28 pairs of Taubin's steps
+#: rings of the widest automatic setting, without rounds: 28 pairs of Taubin's steps
 _WIDEST = 56
-#: bytes of a vertex in a tile: measured were 209 for Taubin's steps, and 900 for normals averaged over two rings of faces
+#: bytes of a vertex in a tile; measured: 209 for Taubin's steps, and 900 for normals averaged over two rings of faces
 _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
 
 
 @dataclass(frozen=True)
 class PlannedStep:
-    """A step by tiles: points of a cloud are selected or get normals, or the vertices of a mesh are moved."""
+    """A step by tiles: it selects points of a cloud, computes their normals, or moves the vertices of a mesh."""
 
     step: int  # its number, from 1
     filter: str  # the Python name
     values: Mapping[str, Any]  # of its parameters
-    deletes: bool = False  # whether the selected points are deleted: by the next step, or by `DUPLICATES` itself
+    deletes: bool = False  # whether the next step, or `DUPLICATES` itself, deletes the selected points
 
     @property
     def is_on_cloud(self) -> bool:
-        """Whether it is a step on points."""
+        """Returns whether the step is for clouds."""
         return self.filter in _ON_CLOUDS
 
     @property
     def neighbors(self) -> int:
-        """The number of nearest points that a point is compared with."""
+        """Returns the number of nearest neighbours of each point."""
         return int(self.values["k"]) - 1 if self.filter == POINT_NORMALS else int(self.values.get("neighbors", 0))
 
 
 def plan_of(script: Script) -> list[PlannedStep]:
-    """The steps of a recipe by tiles, all on a cloud or all moves of a mesh; raises `ScriptError` if one cannot be done."""
+    """Returns the steps of a recipe, all for clouds or all for meshes; raises `ScriptError` if one cannot be done by tiles."""
     steps: list[PlannedStep] = []
     for number, step in enumerate(script.steps, 1):
         name, values = step.filter.python_name, step.with_defaults().values
@@ -91,22 +91,20 @@ def plan_of(script: Script) -> list[PlannedStep]:
         is_cloud, last = bool(steps and steps[0].is_on_cloud), steps[-1] if steps else planned
         if name == _DELETE and (is_cloud or not steps):
             if last.step != number - 1 or last.filter == POINT_NORMALS:
-                raise _refusal(script, number, "deletes what a step before has selected, which must be the one right before it")
+                raise _refusal(script, number, "deletes selected vertices, but the step right before it selects none")
             steps[-1] = replace(last, deletes=True)
         elif is_cloud and name == _PROJECTION and values["iterations"] == 0:
             continue
         elif name != _DELETE and (why := why_not(name, values)):
             raise _refusal(script, number, _WHY.get(name, why))
         elif (steps and planned.is_on_cloud != is_cloud) or name == _DELETE:
-            raise _refusal(
-                script, number, "is of the other kind than the steps before it: a recipe is of clouds, or it moves vertices"
-            )
+            raise _refusal(script, number, "does not fit the steps before it: a recipe is for clouds alone or for meshes alone")
         else:
             steps.append(planned)
     selections = [step for step in steps if step.is_on_cloud and step.filter != POINT_NORMALS]
     for selection in selections[:-1]:
         if not selection.deletes:
-            raise _refusal(script, selection.step, "selects what no step deletes, and another selection follows")
+            raise _refusal(script, selection.step, "selects points that no step deletes before the next selection")
     return steps
 
 
@@ -115,7 +113,7 @@ def _refusal(script: Script, number: int, why: str) -> ScriptError:
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """The reason why a filter, by its Python name and all its values, cannot be done by tiles; None if it can."""
+    """Returns why a filter, given by its Python name and all its values, cannot be done by tiles; None if it can."""
     if filter == POINT_NORMALS and values["k"] < 3:
         return "computes normals from fewer than three points"
     if filter == SURPLUS and values["side"].unit == "edge":
@@ -123,15 +121,15 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
     if filter in _ON_CLOUDS:
         return None
     if filter not in (EXPLICIT, TAUBIN, NORMALS, MESHLAB):
-        return "needs all of the mesh at once, or has not been cut into tiles yet"
+        return "needs the whole mesh at once, or is not implemented for tiles yet"
     if values["selected"]:
-        return "moves selected vertices alone, and a file holds no selection"
+        return "moves only selected vertices, and files hold no selection"
     if filter == NORMALS:
         return _why_not_filtering(values)
     if filter != MESHLAB and values["iterations"] == AUTO:
-        return "chooses its iterations from the whole mesh; a number of them can be done"
+        return "chooses its iterations on the whole mesh; set a number of iterations"
     if filter != MESHLAB and values["operator"] not in ("uniform", "cotangent"):
-        return f"has the operator {values['operator']!r}, which needs the whole mesh; 'uniform' and 'cotangent' do not"
+        return f"has the operator {values['operator']!r}, which needs the whole mesh; take 'uniform' or 'cotangent'"
     return None
 
 
@@ -146,57 +144,57 @@ def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
 
 @dataclass(frozen=True)
 class Filtering:
-    """The parameters of normal filtering, all of them known."""
+    """The parameters of normal filtering, none of them automatic."""
 
     settings: denoising.NormalFilter  # the filter of the normals
     vertex_iterations: int  # steps of the vertices in a round
     outer_iterations: int  # rounds
-    vertex_update: Any  # how vertices follow
+    vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces of rounded coordinates
-    relaxation: int  # pairs of Taubin's steps before
+    relaxation: int  # pairs of Taubin's steps before the rounds
     relaxation_direction: denoising.RelaxationDirection  # the directions in which vertices may go
     border: Any  # the rule for border vertices
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
-    """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
-    set_values = _given(values)
+    """Returns the parameters; None if the filter chooses some for the mesh."""
+    set_values = _set_values(values)
     if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
         if values["choice"] != "fixed":
             return None
         set_values = asdict(denoising.FIXED) | set_values
     parameters: dict[str, Any] = _DEFAULTS | set_values
-    own = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
-    return Filtering(denoising.NormalFilter(**own), border=values["border"], **parameters)
+    normal_settings = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
+    return Filtering(denoising.NormalFilter(**normal_settings), border=values["border"], **parameters)
 
 
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that are not automatic."""
+def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the parameters that are not automatic."""
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
-def chosen(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
-    """The parameters with those that are automatic chosen on a sample of the mesh, as in one piece."""
-    set_values, border = _given(values), values["border"]
-    # as in one piece: passes and rounding are no part of what is tried
+def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
+    """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
+    set_values, border = _set_values(values), values["border"]
+    # A run in one piece does not try normal_iterations and rounding either.
     tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
     setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
     chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     if setting.parameters is None and set_values:
-        chosen_values = {}  # what is given is then completed as the authors of the filter would
+        chosen_values = {}  # the defaults of the authors of the filter complete the values that are set
     before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
-    parameters = {**_AUTHORS, **_DEFAULTS, **chosen_values, **before, **set_values}
+    parameters = {**_AUTHORS_DEFAULTS, **_DEFAULTS, **chosen_values, **before, **set_values}
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
-            f"what suits this mesh best {why}: run it in one piece, or set {name} to 'keep' and have the rest chosen"
+            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep'; the rest is still chosen"
         )
     return parameters
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:
-    """The bytes that a step takes for each vertex of a tile, and how many rings there are around the tile."""
+    """Returns the bytes that a step takes for each vertex of a tile, and the number of rings around the tile."""
     if step.filter != NORMALS:
         return _BYTES, rings_of(step)
     filtering = filtering_of(step.values)
@@ -208,14 +206,14 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """The number of rings of faces around a vertex on which Laplacian or Taubin steps depend."""
+    """Returns how many rings of faces around a vertex Laplacian or Taubin steps read."""
     if step.filter == MESHLAB:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
 
 
 def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Floats:
-    """(n, 3) the vertices of a tile after such steps; those of the tile itself have the bits of the whole."""
+    """Returns the (n, 3) vertices after Laplacian or Taubin steps; inside of the tile they have the bits of a whole run."""
     values = {name: value for name, value in step.values.items() if name != "selected"}
     if step.filter == MESHLAB:
         lambda_, mu, iterations = values["lambda_"], values["mu"], values["stepsmoothnum"]
@@ -225,11 +223,11 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
     return taubin_fairing(vertices, faces, whole=whole, **values | {"pass_band": values["pass_band"] or None})
 
 
-#: bytes of the command, with dask where there is a scheduler, and of a worker with its libraries and compiled kernels
+#: bytes of the command, with dask if there is a scheduler, and of a worker with libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
-#: below that, a worker does not get along; it is better to have fewer
+#: the least bytes for the tiles of a worker; with less for each there are fewer workers
 LEAST = 60_000_000
-#: of what a worker may take, so that the model may be wrong by that
+#: the share of these bytes that a tile is planned for; the rest is for errors of the model
 SHARE = 0.85
 
 
@@ -243,44 +241,44 @@ class Budget:
 
 
 def budget(memory: int, processors: int) -> Budget:
-    """Workers and their shares of some bytes of memory."""
+    """Divides some bytes of memory among workers."""
     for workers in range(processors, 0, -1):
         each = (memory - COMMAND) // workers - WORKER
         if each >= LEAST:
             return Budget(workers, max(1, processors // workers), int(SHARE * each))
     least = (COMMAND + WORKER + LEAST) / 1e6
     raise ParameterError(
-        f"{memory / 1e6:.0f} MB are too little to work by tiles, as libraries take most of them; give {least:.0f}MB"
+        f"{memory / 1e6:.0f} MB are too little for work by tiles, since libraries take most of it; give {least:.0f}MB"
     )
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Points of a tile that are compared with so many neighbours, or get normals from them.
+    """Returns the points of a tile, for LoOP or stray points with `neighbors`, or for `normals` from them.
 
-    Measured were 209 bytes each for 20 of LoOP; the rest is for those that ask around, which are up to a tenth.
+    LoOP with 20 neighbours takes 209 bytes a point, as measured; the rest is for the tenth that has neighbours in other tiles.
     """
     return max(4 * neighbors, int(tile / (200 + 40 * neighbors if normals else 180 + 9 * neighbors)))
 
 
 def surface_vertices(tile: int, each: int, rings: int) -> int:
-    """Vertices of a tile of a mesh, besides those in the rings around it.
+    """Returns how many vertices a tile of `tile` bytes has, with `each` bytes a vertex and `rings` rings around it.
 
-    A tile of v vertices has about 4 sqrt(v) in every ring around it.
+    Each ring around a tile of v vertices has about 4 sqrt(v) vertices.
     """
     return max(64, int((math.sqrt(4 * rings * rings + tile / each) - 2 * rings) ** 2))
 
 
 def slice_rows(tile: int, row: int) -> int:
-    """Rows of a file that are in memory at a time."""
+    """Returns how many file rows of `row` bytes, with the arrays made of them, fit into `tile` bytes."""
     return max(1 << 12, int(tile / (6 * row + 150)))
 
 
 def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
-    """Bytes on the disk of the work on a cloud, the output among them.
+    """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
-    Cells take 32 a point. LoOP adds distances and factors (24), 2 + k for an eighth of the points that look into other tiles, and
-    17 for the probability and the choice; stray points add 8 for each link and 62, normals 8 for each link and 122. Measured were
-    84 to 87 for LoOP with 20.
+    Cells take 32 bytes a point. LoOP adds 24 for distances and factors, 2 + k for arrays of the points with neighbours in other
+    tiles, an eighth of all, and 17 for the probability and the mask. Stray points add 62, normals 122, and both 8 for each link.
+    For LoOP with 20 neighbours 84 to 87 were measured.
     """
     each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]

@@ -1,4 +1,4 @@
-"""Binary PLY files and point clouds by slices: PLY, E57, LAS and LAZ (all dimensions, scales and offsets are kept)."""
+"""Reads and writes files by slices: binary PLY, and clouds in E57, LAS and LAZ with all dimensions, scales and offsets."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,13 +23,13 @@ from .cells import Ranges, Results
 
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: for every slice of a cloud the points to keep (a mask), and by its name in the file what all its points get
+#: for each slice of a cloud: the mask of the points to keep, and new values of all its points by their name in the file
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 
 @dataclass(frozen=True)
 class SlicedTable:
-    """The rows of one element, all of the same size."""
+    """The rows of one element of a PLY file, all of the same size."""
 
     path: Path
     element: PlyElement  # its declaration in the header
@@ -37,7 +37,7 @@ class SlicedTable:
     offset: int  # the byte of its first row
 
     def read(self, first: int, last: int) -> NDArray[Any]:
-        """The rows from `first` to before `last`."""
+        """Returns the rows from `first` to before `last`."""
         rows = np.fromfile(self.path, self.dtype, last - first, offset=self.offset + first * self.dtype.itemsize)
         if len(rows) < last - first:
             raise ContentsError(f"it ends within its element {self.element.name!r}")
@@ -53,14 +53,14 @@ class SlicedTable:
         return rows
 
     def slices(self, size: int) -> Iterator[NDArray[Any]]:
-        """Its rows, `size` at a time."""
+        """Yields all rows, `size` at a time."""
         for first in range(0, self.element.count, size):
             yield self.read(first, min(first + size, self.element.count))
 
 
 @dataclass(frozen=True)
 class PlyFile:
-    """A binary PLY file in which all rows of an element have the same size; other files raise `ContentsError` when read."""
+    """A binary PLY file in which all rows of an element have the same size; reading other files raises `ContentsError`."""
 
     path: Path
     unit = None
@@ -68,7 +68,7 @@ class PlyFile:
 
     @cached_property
     def header(self) -> PlyHeader:
-        """Its header, checked."""
+        """Reads and checks the header."""
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text; by tiles a PLY file must be binary")
@@ -76,7 +76,7 @@ class PlyFile:
 
     @cached_property
     def tables(self) -> dict[str, SlicedTable]:
-        """Its elements by name, in the order of the file."""
+        """Returns the elements by name, in the order of the file."""
         tables, offset, data = {}, self.header.size, np.asarray(np.memmap(self.path, np.uint8, "r"))
         for element in self.header.elements:
             dtype = row_type_at(data, offset, element, self.header.byte_order)
@@ -88,7 +88,7 @@ class PlyFile:
 
     @cached_property
     def vertices(self) -> SlicedTable:
-        """The element of its vertices, which must have coordinates."""
+        """Returns the element of the vertices; refuses a file without coordinates."""
         table = self.tables.get("vertex")
         if table is None or not set(PLACE) <= {p.name for p in table.element.properties} or not table.element.count:
             raise ContentsError("it has no vertices with x, y and z")
@@ -98,26 +98,26 @@ class PlyFile:
 
     @property
     def row(self) -> int:
-        """Bytes of a vertex."""
+        """Returns the bytes of a vertex."""
         return self.vertices.dtype.itemsize
 
     def __len__(self) -> int:
-        """The number of vertices."""
+        """Returns the number of vertices."""
         return self.vertices.element.count
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates of the vertices, `size` at a time."""
+        """Yields (m, 3) coordinates of the vertices, `size` at a time."""
         for rows in self.vertices.slices(size):
             yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
 
     def check_others(self, names: Sequence[str], words: str) -> None:
-        """Refuse elements with other names."""
+        """Refuses a file that has elements with other names; `words` end the message."""
         others = [e for e in self.header.elements if e.name not in names and e.count]
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """As `LasCloud.write`."""
+        """Does the same as `LasCloud.write`."""
         old = tuple(p for p in self.vertices.element.properties if p.name not in added)
         element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
         columns = (
@@ -129,7 +129,7 @@ class PlyFile:
     def rewrite(
         self, target: Path, elements: Sequence[PlyElement], vertices: Iterable[Mapping[str, NDArray[Any]]], size: int
     ) -> None:
-        """Write the file with other elements and other columns of vertices, a slice at a time; all else as it was."""
+        """Writes the file with new declarations of its elements and new columns of vertices, given by slices; keeps the rest."""
         with target.open("wb") as file:
             file.write(header_bytes(self.header, elements))
             for element in elements:
@@ -150,8 +150,8 @@ class MeshFile(PlyFile):
 
     @cached_property
     def faces_table(self) -> SlicedTable:
-        """The element of its faces, which must be triangles."""
-        self.vertices  # noqa: B018 - is checked
+        """Returns the element of the faces, which must be triangles."""
+        self.vertices  # noqa: B018 - checks the vertices
         table = self.tables.get("face")
         if table is None or not table.element.count or not _lists_of_corners(table):
             raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
@@ -162,19 +162,19 @@ class MeshFile(PlyFile):
         return table
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
-        """(m, 3) numbers of vertices, so many faces at a time."""
+        """Yields the (m, 3) numbers of the corners, `size` faces at a time."""
         name = _lists_of_corners(self.faces_table)[0]
         for rows in self.faces_table.slices(size):
             yield rows[name].astype(np.int64)
 
-    def write_places(self, places: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Write the mesh with other coordinates, which become numbers of double precision; all else as it was."""
+    def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
+        """Writes the mesh with new coordinates in double precision; keeps the rest."""
         properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
         elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
         vertices = (
-            {p.name: rows[p.name] for p in properties} | dict(zip(PLACE, some.T, strict=True))
-            for rows, some in zip(self.vertices.slices(size), places.in_order(tiles, size), strict=True)
+            {p.name: rows[p.name] for p in properties} | dict(zip(PLACE, block.T, strict=True))
+            for rows, block in zip(self.vertices.slices(size), results.in_order(tiles, size), strict=True)
         )
         self.rewrite(target, elements, vertices, size)
 
@@ -185,36 +185,36 @@ def _lists_of_corners(table: SlicedTable) -> list[str]:
 
 @dataclass(frozen=True)
 class LasCloud:
-    """The points of a LAS or LAZ file; reading raises `ContentsError` if it is not as its header declares."""
+    """The points of a LAS or LAZ file; reading raises `ContentsError` if the file contradicts its header."""
 
     path: Path
-    #: in the file, of what points may get: "scalars", which are probabilities, and "normals"
+    #: names in the file of new values: of "scalars", which are outlier probabilities, and of "normals"
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
 
     @property
     def row(self) -> int:
-        """Bytes of a point in memory."""
+        """Returns the bytes of a point in memory."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
-        """The number of points."""
+        """Returns the number of points."""
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     @property
     def unit(self) -> str | None:
-        """That of its coordinate reference system; None without one."""
+        """Returns the unit of the coordinate reference system; None without one."""
         return las_unit(self.path)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """(m, 3) coordinates, `size` points at a time."""
+        """Yields (m, 3) coordinates, `size` points at a time."""
         with opened(self.path) as reader:
             for chunk in chunks(reader, size):
                 yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Write `count` of the points to another file, unchanged but for what is added, which becomes dimensions of its own."""
+        """Writes `count` of the points, those that `marks` keep, to another file; values with the names in `added` are new."""
         import laspy
 
         with opened(self.path) as reader:
@@ -236,20 +236,20 @@ class LasCloud:
             to_disk(file)
 
 
-#: a cloud in a file that is read by slices
+#: a cloud in a file that can be read by slices
 Source: TypeAlias = LasCloud | PlyFile
 
 
 @dataclass(frozen=True)
 class E57Cloud:
-    """The points of an E57 file, which becomes a PLY or LAS file first, whichever the output is."""
+    """The points of an E57 file, which is first rewritten in the format of the output, PLY or LAS."""
 
     path: Path
     unit = "m"
 
     @property
     def row(self) -> int:
-        """Bytes of a point of that file, and of the output."""
+        """Returns the bytes of a point in the rewritten file and in the output together."""
         attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 
@@ -257,7 +257,7 @@ class E57Cloud:
         return e57_survey(self.path)[0]
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
-        """Write a .ply or .las file without compression, with what `run` gives the points, `size` at a time; notes about it."""
+        """Writes a .ply or .las file without compression, `size` points at a time; returns notes about the conversion."""
         notes: tuple[str, ...] = ()
         with target.open("wb") as file:
             if extension(target) == "las":
@@ -268,23 +268,23 @@ class E57Cloud:
         return (*doubts_of(declared - len(open_cloud(target))), *doubts, *notes)
 
     def _write_ply(self, file: BinaryIO, size: int) -> None:
-        count, own = 0, b"element vertex %020d\n"  # of fixed width, so that the final number can overwrite it
+        count, count_line = 0, b"element vertex %020d\n"  # of fixed width, so that the final number can overwrite it
         for piece in e57_pieces(self.path, size):
             written = BytesIO()
             write_ply(piece, written)
             header, end, rows = written.getvalue().partition(b"end_header\n")
             if not count:
-                header = header.replace(b"element vertex %d\n" % len(piece.vertices), own % 0)
-                place = header.index(own % 0)
+                header = header.replace(b"element vertex %d\n" % len(piece.vertices), count_line % 0)
+                offset = header.index(count_line % 0)
                 file.write(header + end)
             file.write(rows)
             count += len(piece.vertices)
-        file.seek(place)
-        file.write(own % count)
+        file.seek(offset)
+        file.write(count_line % count)
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
-    """The cloud in a file; raises `ContentsError` if it cannot be read by slices, or has no point."""
+    """Opens the cloud in a file; raises `ContentsError` if it has no point, or cannot be read by slices."""
     cloud: Source | E57Cloud
     match extension(path):
         case "e57":
@@ -293,7 +293,7 @@ def open_cloud(path: Path) -> Source | E57Cloud:
             cloud = PlyFile(path)
         case _:
             cloud = LasCloud(path)
-    if not len(cloud):  # which raises if it cannot be opened
+    if not len(cloud):  # raises if the file cannot be opened
         raise ContentsError("no vertex could be read from it")
     if isinstance(cloud, PlyFile):
         cloud.check_others(("vertex",), "by tiles outliers are found in clouds alone")

@@ -1,8 +1,8 @@
-"""Does the tasks of a run by tiles, on processes of this machine or on the workers of a dask scheduler.
+"""Does the tasks of a run by tiles, in processes of this machine or on the workers of a dask scheduler.
 
-Their files are in a folder, with a journal of the finished tasks: a run that was killed goes on from it. The same run gives the
-same tasks in the same order. So a resumed run takes the results of finished tasks from the journal, and their files are in the
-folder. A task that was under way is done again.
+The temporary files of a run are in a folder, with a journal of finished tasks. The same run has the same tasks in the same order,
+so a resumed run takes the results of finished tasks from the journal, and finds their files in the folder. It repeats tasks that
+had begun.
 """
 
 import contextlib
@@ -32,36 +32,36 @@ from ..running.supervise import Interrupted
 from .plan import Budget
 
 _JOURNAL = "journal"
-#: seconds between two looks at silent workers
+#: seconds between two checks while workers send nothing
 _PULSE = 0.5
 
 
 @dataclass(frozen=True)
 class WorkFolder:
-    """The folder and its journal."""
+    """The folder of the temporary files of a run, and its journal."""
 
     path: Path  # the folder
-    note: str  # why the files of a former run are not used; empty if they are, or if there are none
+    note: str  # why the files of a former run are not used; empty if they are used, or if there are none
     journal: BinaryIO
-    results: Mapping[tuple[int, int], Any]  # of a former run, by the number of the group of tasks, and that in the group
+    results: Mapping[tuple[int, int], Any]  # of a former run, by the numbers of the call of `Tasks.map` and of the task in it
 
     def append(self, call: int, number: int, result: Any) -> None:
-        """Write down that a task is finished."""
+        """Adds a finished task to the journal."""
         self.journal.write(pickle.dumps((call, number, result)))
         self.journal.flush()
 
 
 def work_path(output: Path) -> Path:
-    """The folder of the run to an output: a hidden one beside it."""
+    """Returns the path of the hidden folder for a run to an output, beside it."""
     return output.with_name(WORK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
 
 
 @contextlib.contextmanager
 def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterator[WorkFolder]:
-    """The folder for a run to `output`, removed at the end of the run; the output must be locked.
+    """Opens the folder for a run to `output`, and removes it at the end of the run; the output must be locked.
 
-    Its key stands for all on which the tasks and their files depend. With `resume` the files of a former run with the same key
-    are used, any others are removed. If the run fails the folder stays with `resume`, and always if the scheduler is lost.
+    `key` has everything on which the tasks and their files depend. With `resume` the files of a former run are used if its key is
+    the same, and are removed if not. After a failure the folder stays with `resume`, or if the scheduler is lost.
     """
     path = work_path(output)
     results, end, note = _former(path, key) if resume else ({}, 0, "")
@@ -89,11 +89,11 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Of a former run its results, the end of its last whole record in bytes (0 if it cannot be used), and why it cannot."""
+    """Returns the results of a former run, the end of its last whole record in bytes (0 if it is not used), and why it is not."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
-        # Pickles run code, so that a folder of another user is not read.
+        # Pickles can run code, so a folder of another user is not read.
         status = path.lstat()
         if not stat.S_ISDIR(status.st_mode) or (hasattr(os, "getuid") and status.st_uid != os.getuid()):
             return {}, 0, f"the folder {path} belongs to another user"
@@ -106,31 +106,31 @@ def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], A
                 end = file.tell()
                 call, number, done = pickle.load(file)
                 results[call, number] = done
-    except Exception:  # there is no such run, or a record was not written to its end
+    except Exception:  # there is no former run, or its last record is incomplete
         return results, end, ""
 
 
 class TileError(RunError):
-    """A tile could not be done."""
+    """A task of a tile failed."""
 
 
 @dataclass
 class Tasks:
-    """Does tasks on workers, and gives their results in the order of the tasks."""
+    """Does tasks on workers, and returns the results in the order of the tasks."""
 
-    submit: Callable[..., Future[Answer]]  # does a task with its arguments on some worker
+    submit: Callable[..., Future[Answer]]  # does a task with its arguments on any worker
     items: Items  # of `pymeshfair.running.supervise.Interrupts`
-    timeout: float = math.inf  # seconds from now in which all must be done
-    check: Callable[[], None] = lambda: None  # called every moment; may raise to stop
-    work: WorkFolder | None = None  # the folder of the files of the tasks
-    peaks: dict[str, int] = field(default_factory=dict)  # by process, the most bytes that it has held, as far as that is known
+    timeout: float = math.inf  # seconds from now for all tasks together
+    check: Callable[[], None] = lambda: None  # called about twice a second; may raise to stop
+    work: WorkFolder | None = None  # the folder of the temporary files
+    peaks: dict[str, int] = field(default_factory=dict)  # peak memory by process in bytes, if known
 
     def __post_init__(self) -> None:
         self._deadline = time.monotonic() + self.timeout
         self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Do one task."""
+        """Does one task; returns its result."""
         return self.map(task, [arguments])[0]
 
     def map(
@@ -141,10 +141,10 @@ class Tasks:
         *,
         again: bool = False,
     ) -> list[Any]:
-        """Do a task with each of some arguments: a function of a module, or a method of an object that can be sent.
+        """Calls a task with each of some arguments: a function of a module, or a method of an object that can be pickled.
 
-        It must give the same if it is done twice, also if it was not done to its end the first time: its worker may be lost, or
-        all of the run killed. With `again` a resumed run does it, too, as its files are not in the folder of work.
+        The task may be repeated after its worker, or the whole run, was killed in the middle of it; its result must be the same.
+        With `again` a resumed run repeats it in any case, since its files are not in the folder of temporary files.
         """
         call, self._calls = self._calls, self._calls + 1
         former = {} if self.work is None or again else self.work.results
@@ -178,7 +178,7 @@ class Tasks:
         except CancelledError as error:
             raise LostSchedulerError from error
         except LostProcessError as error:
-            raise TileError(f"every worker that began a tile was lost ({error}), perhaps for want of memory") from error
+            raise TileError(f"every worker that began a tile was lost ({error}), perhaps for lack of memory") from error
         except Exception as error:  # dask's, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
         if done.peak_memory is not None:
@@ -195,17 +195,17 @@ class Tasks:
 
 @contextlib.contextmanager
 def open_tasks(
-    scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
+    scheduler: Scheduler | None, budget: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
 ) -> Iterator[Tasks]:
-    """Workers of this machine, or of a dask scheduler, for as long as the context lasts; each here may take `memory` bytes."""
+    """Opens workers of this machine, each limited to `memory` bytes, or those of a dask scheduler."""
     timeout = math.inf if job.timeout is None else job.timeout
     if scheduler is None:
-        with Pool(share.workers, share.threads) as pool:
+        with Pool(budget.workers, budget.threads) as pool:
             yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=timeout, check=check)
         return
     with open_client(scheduler) as client:
-        with conditions(job.output.parent, job.recipe, [job.input]) as wanted:
-            check_workers(client, wanted)
+        with conditions(job.output.parent, job.recipe, [job.input]) as worker_conditions:
+            check_workers(client, worker_conditions)
 
         def check_scheduler() -> None:
             check()

@@ -1,1 +1,1 @@
-"""The page to tune on: a small server on this machine, and a worker that runs a recipe again whenever a parameter changes."""
+"""The tuning page: a local server, and a worker that runs a recipe again after each change of a parameter."""

@@ -1,7 +1,7 @@
-"""The scan that is tuned on, or the part of a large one: what recipes make of it, and what the page shows of both.
+"""Runs recipes on the scan of the tuning page, or on a part of a large scan, and compares the results with it.
 
-A `Workshop` has a process that stays, with a `Bench` in it, so that libraries, the scan and what earlier steps made of it are
-there when a parameter changes.
+A `Workshop` keeps a process with a `Bench`, so that libraries, the scan and the results of earlier steps stay loaded when a
+parameter changes.
 """
 
 import asyncio
@@ -35,11 +35,11 @@ from ..running.session import Earlier, Session
 from ..running.supervise import MODULES, parse_talk
 from ..scripts.script import Script
 
-#: vertices of the largest scan that is taken whole at first, and of the part of a larger one
+#: the most vertices of a scan that is used whole, and the vertices of the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the box of coordinates is so much larger than the scan, as results may grow
+#: the side of the box for coordinates, relative to that of the scan: results may be larger
 _ROOM = 1.5
-#: the file in the folder of a run that asks it to stop
+#: the name of a file that stops the run in whose folder it is made
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
@@ -48,41 +48,41 @@ Result: TypeAlias = tuple[dict[str, Any], bytes]
 
 @dataclass(frozen=True)
 class Scan:
-    """A scan to tune on."""
+    """The scan of the tuning page."""
 
     path: Path
-    vertices: int  # how many it has
+    vertices: int  # the number of vertices
     diagonal: float  # of its bounding box, in mesh units
     mean_edge: float  # in mesh units
-    part: int | None  # about so many of its vertices are tuned on; None for all
+    part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
 
 
 def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
-    """Read a scan; one of over `most` vertices is tuned on a part of it."""
+    """Reads a scan; of a scan with over `most` vertices a part is used."""
     read = read_mesh(path)
     count = len(read.mesh.vertices)
     return Scan(path, count, read.measured.diagonal, read.measured.resolution(), part if count > most else None, read.warnings)
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """About so many vertices around the foremost of those in the middle of the first view, so that they are seen from outside."""
+    """Returns about `count` vertices: the nearest to the foremost in the middle of the first view, which faces them."""
     vertices = mesh.vertices
-    aside = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
-    central = np.flatnonzero(aside <= max(float(aside.min()), 0.01 * mesh.diagonal))
+    offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
+    central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
     distances = vector_lengths(vertices - vertices[central[vertices[central, 2].argmax()]])
     return mesh.part(distances <= np.partition(distances, count)[count])
 
 
-class Stopped(RunError):  # noqa: N818 - says what happened
-    """The page asked for the run to stop."""
+class Stopped(RunError):  # noqa: N818 - a request, not an error
+    """The page has stopped the run."""
 
 
 class Bench:
-    """One scan, and what recipes make of it."""
+    """One scan, and the results of recipes on it."""
 
     def __init__(self, scan: Path, part: int | None) -> None:
-        """Read and measure the scan, or a part of so many vertices."""
+        """Reads and measures the scan, or a part of about `part` vertices."""
         read = read_mesh(scan)
         if part is not None:
             mesh = part_of(read.mesh, part)
@@ -92,33 +92,33 @@ class Bench:
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
-        self._scan = self._shown("scan", self._before.mesh)
+        self._scan = self._drawable("scan", self._before.mesh)
         self._result: tuple[MeshData, Shown] | None = None
         self._earlier = Earlier()
 
     def opening(self) -> Result:
-        """The measures and the mesh that the page shows before a run."""
-        return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._packed(self._scan)
+        """Returns the measures and the mesh that the page shows before a run."""
+        return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carry out the steps of a job; the mesh, without the numbers of `measure`, which take longer than many filters."""
+        """Carries out the steps of a job; returns the mesh. `measure` computes the numbers, since that may take longer."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
-        self._result = outcome.result, self._shown("result", outcome.result)
+        self._result = outcome.result, self._drawable("result", outcome.result)
         numbers = {
             "warnings": session.warnings,
             "tried": [step.values.get("tried", []) for step in outcome.steps],
         }
-        return numbers, self._packed(self._result[1])
+        return numbers, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
-        """The numbers of the last result, and its mesh with distances as colours."""
+        """Returns the numbers of the last result, and its mesh with distances as colours."""
         assert self._result is not None
         mesh, shown = self._result
-        tell = _stoppable(stage)
-        tell(PhaseStarted("comparing"))
+        report_event = _stoppable(stage)
+        report_event(PhaseStarted("comparing"))
         after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
-        tell(PhaseStarted("comparing"))
+        report_event(PhaseStarted("comparing"))
         compared = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
@@ -126,42 +126,42 @@ class Bench:
             "lines": comparison_lines(compared.comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
-        return numbers, self._packed(replace(shown, scalars=scalars))
+        return numbers, self._pack(replace(shown, scalars=scalars))
 
-    def _shown(self, name: str, mesh: MeshData) -> Shown:
+    def _drawable(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
         scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
         return shown_mesh(
             name, mesh, scalars=scalars, like=self._scan if mesh is not first and same_elements(mesh, first) else None
         )
 
-    def _packed(self, shown: Shown) -> bytes:
+    def _pack(self, shown: Shown) -> bytes:
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
         return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 
 
 def _stoppable(stage: Path) -> Callable[[Event], None]:
-    """Reports events, and stops the work at the next one after the page has asked for that by a file."""
+    """Returns a function that reports events, and raises `Stopped` at the first event after the file `STOP` was made."""
 
-    def tell(event: Event) -> None:
+    def report_event(event: Event) -> None:
         if (stage / STOP).exists():
             raise Stopped("stopped")
         report(event)
 
-    return tell
+    return report_event
 
 
-#: the bench of a scan, which a process reads once
+#: returns the bench of a scan; each process reads the scan once
 _bench = cache(Bench)
 
 
 def at_bench(scan: Scan, work: str, *arguments: Any) -> Result:
-    """The result of a method of the bench of a scan: the task of a process that stays."""
+    """Calls a method of the bench of a scan: the task of the worker process."""
     result: Result = getattr(_bench(scan.path, scan.part), work)(*arguments)
     return result
 
 
-#: seconds in which a filter that can be stopped stops
+#: seconds to wait for a filter to stop before its process is killed
 _PATIENCE = 1.0
 
 
@@ -169,51 +169,51 @@ class Workshop:
     """Runs recipes on one scan, one at a time."""
 
     def __init__(self, scan: Scan, folder: Path) -> None:
-        """Nothing is started before `open`; results are written to the folder."""
+        """Starts no process before `open`; the folder is for temporary files."""
         self._scan = scan
         self._folder = self._stage = folder
         self._process: Process | None = None
-        self._busy: asyncio.Task[Result] | None = None
+        self._task: asyncio.Task[Result] | None = None
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """The measures of the scan, and the scan for the browser."""
+        """Returns the measures and the mesh of the scan."""
         async with self._lock:
             await self._stop()
             return await self._result("opening")
 
     async def begin(self, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
-        """Run a script; a run that is still going on is stopped first. The task raises `RunError` if the run failed."""
+        """Stops the current run, and starts a script; the task raises `RunError` if the run fails."""
         async with self._lock:
             await self._stop()
             self._stage = Path(tempfile.mkdtemp(dir=self._folder))
             (self._stage / "new").mkdir()
             job = Job(Recipe("tuned", script), self._scan.path, self._stage / "result.ply")
-            self._busy = asyncio.create_task(self._result("run", job, self._stage, on_event=on_event))
-            return self._busy
+            self._task = asyncio.create_task(self._result("run", job, self._stage, on_event=on_event))
+            return self._task
 
     async def measure(self, running: asyncio.Task[Result]) -> asyncio.Task[Result] | None:
-        """Measure what a run gave; None if it was stopped by now, such as by another one."""
+        """Starts to measure the result of a run; returns None if another run or a stop has ended that run."""
         async with self._lock:
-            if running is not self._busy:
+            if running is not self._task:
                 return None
-            self._busy = asyncio.create_task(self._result("measure", self._stage))
-            return self._busy
+            self._task = asyncio.create_task(self._result("measure", self._stage))
+            return self._task
 
     async def stop(self) -> None:
-        """Stop what is going on."""
+        """Stops the current run."""
         async with self._lock:
             await self._stop()
 
     async def close(self) -> None:
-        """Stop, and end the process."""
+        """Stops the current run, and ends the process."""
         async with self._lock:
             await self._stop()
-            await self._lose()
+            await self._end_process()
 
     async def _stop(self) -> None:
-        """What does not stop by itself is killed."""
-        task, self._busy = self._busy, None
+        """Stops the current run; kills the process if the run does not stop in time."""
+        task, self._task = self._task, None
         if task is None or task.done():
             return
         (self._stage / STOP).touch()
@@ -222,9 +222,9 @@ class Workshop:
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError, RunError):
                 await task
-            await self._lose()
+            await self._end_process()
 
-    async def _lose(self) -> None:
+    async def _end_process(self) -> None:
         process, self._process = self._process, None
         if process is not None:
             await asyncio.to_thread(process.close)
@@ -246,7 +246,7 @@ class Workshop:
         try:
             answer = await asyncio.to_thread(self._process.do, order, take)
         except LostProcessError as error:
-            await self._lose()
+            await self._end_process()
             raise RunError(f"{error}; the filter probably crashed on this mesh") from error
         if answer.error is None:
             numbers, scene = answer.result

@@ -1,6 +1,6 @@
-"""Serves the page, a recipe as controls, and talks with it through one socket: JSON documents, and meshes as bytes.
+"""Serves the tuning page: shows a recipe as controls, and exchanges JSON documents and binary meshes over one web socket.
 
-Access is by a token, from a page of the server itself, under a name of this machine.
+A request needs the token, the server's own page as its origin, and a name of this machine as its host.
 """
 
 import asyncio
@@ -37,7 +37,7 @@ from ..scripts.values import number_text, parse_value
 from ..scripts.write import write_script
 from .bench import Result, Scan, Stopped, Workshop
 
-#: of every answer: browsers keep nothing and tell other sites nothing
+#: the headers of every response: browsers store nothing and send nothing to other sites
 _HEADERS = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),
@@ -47,20 +47,20 @@ _HEADERS = (
 )
 
 
-# ------------------------------------------------------------------------------------------------ a recipe as controls, and back
+# ------------------------------------------------------------------------------------------------ recipe and controls
 
 
 class ChoiceError(ParameterError):
-    """A value that a parameter does not allow."""
+    """The page sent a value that the parameter does not allow."""
 
     def __init__(self, step: int, parameter: str, reason: str) -> None:
         super().__init__(reason)
-        self.step = step  # its number, from 0
-        self.parameter = parameter  # its name
+        self.step = step  # the number of the step, from 0
+        self.parameter = parameter  # the name of the parameter
 
 
 def controls(recipe: Recipe) -> dict[str, Any]:
-    """The recipe in terms of JSON: its words, and for each step and parameter what a control needs."""
+    """Returns the recipe in the types of JSON: its texts, and the data of a control for each parameter of each step."""
     info = recipe.info
     return {
         "name": recipe.name,
@@ -78,9 +78,9 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 
 def script_with(script: Script, settings: Sequence[Any]) -> Script:
-    """The script with the steps that are on, and with the values that a page sent; a `ChoiceError` names one that is wrong.
+    """Returns the script with the steps that are on and the values from the page; raises `ChoiceError` for a wrong value.
 
-    Values are texts by parameter name, in the form that `parse_value` reads, empty where MeshLab is to find the value.
+    Values are texts by parameter name, in the form for `parse_value`; MeshLab computes the value for an empty text.
     """
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
@@ -88,22 +88,22 @@ def script_with(script: Script, settings: Sequence[Any]) -> Script:
     for number, (step, setting) in enumerate(zip(script.steps, settings, strict=True)):
         values = setting.get("values") if isinstance(setting, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
-            raise ParameterError("the page sent settings that are none")
+            raise ParameterError("the page sent settings of a wrong form")
         if setting.get("on") is True:
-            steps.append(_set(number, step, values))
+            steps.append(_changed_step(number, step, values))
     if not steps:
         raise ParameterError("every step is switched off: switch one on")
     return script.with_steps(steps)
 
 
 def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
-    """The script with all its lengths in mesh units, so that on a part of a scan they are those of the whole."""
+    """Returns the script with all lengths in mesh units, so that they are the same on a part of the scan."""
     steps = script.with_defaults().steps
     return script.with_steps(step.in_mesh_units(diagonal=diagonal, mean_edge=mean_edge) for step in steps)
 
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
-    """The head comment of a tuned recipe: what it was made of, and the words of the original."""
+    """Returns the head comment of a tuned recipe: its origin, a note, and the description of the original."""
     title = f"{recipe.title}, tuned on {_plain(scan)}"
     origin = f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}."
     notes = [_plain(note)] if note.strip() else []
@@ -111,20 +111,20 @@ def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Words that an XML comment may hold."""
+    """Returns a text that is valid in an XML comment."""
     return "".join(letter if letter.isprintable() else " " for letter in text).replace("--", "- -").rstrip("-")
 
 
-def _set(number: int, step: Step, setting: Mapping[str, str]) -> Step:
+def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     values = {}
-    shown = step.with_defaults().values
+    current = step.with_defaults().values
     for name, text in setting.items():
-        if text == value_text(shown.get(name)):
-            continue  # an unchanged value keeps the setting of the recipe that it comes from
+        if text == value_text(current.get(name)):
+            continue  # the step keeps an unchanged value, and the setting of the recipe that gives it
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
-                continue  # what MeshLab finds for the mesh
+                continue  # MeshLab computes it for the mesh
             values[name] = parse_value(parameter, text)
         except ParameterError as error:
             raise ChoiceError(number, name, str(error)) from error
@@ -138,7 +138,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
     elif isinstance(parameter, Enum):
         kind = {"kind": "menu", "choices": list(parameter.choices)}
     elif isinstance(parameter, Percentage):
-        shown = parameter.default if value == AUTO else value  # the slider has the reach of the filter's own default
+        shown = parameter.default if value == AUTO else value  # the default gives the range of the slider
         kind = {"kind": "length", **_bounds(parameter.minimum, None, shown.amount if isinstance(shown, Length) else 0.0)}
     elif isinstance(parameter, Int | Float):
         bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
@@ -156,7 +156,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:
-    """The ends of a slider; where the declaration sets none, far enough from the value. The field beside it takes more."""
+    """Returns the ends of a slider, around the value if the declaration has no limits, and the limits of its text field."""
     reach = max(4.0 * abs(value), 10.0 if value == 0 or abs(value) >= 2 else 1.0)
     return {
         "low": minimum if minimum is not None else min(0.0, value - reach),
@@ -167,7 +167,7 @@ def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[
 
 
 def value_text(value: Any) -> str:
-    """A checked value in the form that `parse_value` reads; empty for None."""
+    """Returns the text of a checked value for `parse_value`; empty for None."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -179,13 +179,13 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
-# -------------------------------------------------------------------------------------------------------------- who is answered
+# -------------------------------------------------------------------------------------------------- access and server
 
 
 def redirecting_file(address: str, folder: Path) -> Path:
-    """A file that leads a browser to an address, and that this user alone can read.
+    """Writes a page that redirects to an address, and that only this user can read.
 
-    The address holds the token, and every user of the machine can read the browser's command line.
+    The address has the token, so it must not be in the command line of the browser, which every user of the machine can read.
     """
     path, where = folder / "open.html", escape(address)
     path.touch(0o600, exist_ok=False)
@@ -195,10 +195,10 @@ def redirecting_file(address: str, folder: Path) -> Path:
 
 
 def is_allowed(request: Request, token: str) -> bool:
-    """Whether a request has the token, the right host and the right origin.
+    """Returns whether a request has the token, this machine as its host, and an allowed origin.
 
-    Its path begins with the token; the ``Host`` header is this machine, so that no other site's name leads here; and the
-    ``Origin`` header, without which no browser opens a socket, is that host itself.
+    The path must begin with the token. The ``Host`` header must be a name of this machine, against DNS rebinding. The ``Origin``
+    header, which browsers always send for a socket, must be the same host.
     """
     start = f"/{token}/".encode()
     hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
@@ -223,17 +223,17 @@ def serve(
     *,
     ready: Callable[[], None] = lambda: None,
 ) -> None:
-    """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order.
+    """Answers requests until Ctrl-C or a signal ends the process; then ends the worker.
 
-    `recipe` is the name or path of the first recipe, `token` the first part of every path, and `folder` for temporary files.
-    `ready` is called once requests are answered.
+    `recipe` is the name or path of the first recipe, `token` the first part of every path, and `folder` is for temporary files.
+    `ready` is called when the server accepts requests.
     """
     workshop = Workshop(scan, folder)
     page = render("tune.html", scripts=("viewer.js", "tune.js"), sockets=True, title=scan.path.name)
-    newest: list[Conversation] = []
+    current: list[Conversation] = []
 
-    def answered(connection: websockets.ServerConnection, request: Request) -> Response | None:
-        """The answer to a request; None lets the page open its socket."""
+    def answer(connection: websockets.ServerConnection, request: Request) -> Response | None:
+        """Returns the response to a request; None lets the page open its socket."""
         if not is_allowed(request, token):
             refusal = b"403: this page needs the address that pymeshfair tune printed\n"
             return _response(HTTPStatus.FORBIDDEN, "text/plain", refusal)
@@ -243,20 +243,20 @@ def serve(
             return _response(HTTPStatus.OK, "text/html; charset=utf-8", page.encode("utf-8", "replace"))
         return _response(HTTPStatus.NOT_FOUND, "text/plain", b"404: there is no such page\n")
 
-    async def talk(connection: websockets.ServerConnection) -> None:
-        for former in newest:  # the page that was opened last is the one that is served
+    async def converse(connection: websockets.ServerConnection) -> None:
+        for former in current:  # only the page that was opened last is served
             await former.end()
-        newest[:] = [Conversation(connection, scan, recipe, workshop)]
-        await newest[0].held()
+        current[:] = [Conversation(connection, scan, recipe, workshop)]
+        await current[0].serve_page()
 
     async def serving() -> None:
         logger = logging.getLogger("pymeshfair.tuning")
-        logger.setLevel(logging.CRITICAL)  # browsers open connections in advance, and give some of them up
-        served = websockets.serve(
-            talk, sock=listening, process_request=answered, max_size=1 << 20, compression=None, logger=logger, close_timeout=2
+        logger.setLevel(logging.CRITICAL)  # browsers open connections in advance, and abandon some
+        service = websockets.serve(
+            converse, sock=listening, process_request=answer, max_size=1 << 20, compression=None, logger=logger, close_timeout=2
         )
         try:
-            async with served as server:
+            async with service as server:
                 ready()
                 await server.serve_forever()
         finally:
@@ -265,19 +265,19 @@ def serve(
     for name in this_system().stop_signals:
         if name != "SIGINT":
             signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells take away from what they start in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it for background processes
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(serving())
 
 
-# ------------------------------------------------------------------------------------------------------------------- what is said
+# ------------------------------------------------------------------------------------------------------- conversation
 
 
 class Conversation:
-    """One page."""
+    """The conversation with one page: receives its orders, and sends documents and meshes."""
 
     def __init__(self, connection: websockets.ServerConnection, scan: Scan, first: str, workshop: Workshop) -> None:
-        """`first` is the name or path of the recipe that is shown first."""
+        """`first` is the name or path of the first recipe."""
         self._connection = connection
         self._scan, self._first = scan, first
         self._workshop = workshop
@@ -285,49 +285,49 @@ class Conversation:
         self._number = 0
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
-        self._finish_stopped = threading.Event()  # stops a run of the file into a file at its next sign of life
+        self._finish_stopped = threading.Event()  # stops the run of `finish` at its next event
         self._replaced = False
 
-    async def held(self) -> None:
-        """Answer the page until it is closed."""
-        works = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish)
-        answers = {work.__name__: work for work in works}
+    async def serve_page(self) -> None:
+        """Carries out the orders of the page until it is closed."""
+        handlers = (self.welcome, self.recipe, self.run, self.stop, self.save, self.finish)
+        handler_of = {handler.__name__: handler for handler in handlers}
         order: Any = {"do": "welcome"}
         try:
             while True:
                 try:
-                    await answers[order["do"]](order)
+                    await handler_of[order["do"]](order)
                 except (PymeshfairError, OSError) as error:
-                    place: dict[str, Any] = (
+                    location: dict[str, Any] = (
                         {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
                     )
-                    await self._tell("problem", message=str(error), **place)
+                    await self._send("problem", message=str(error), **location)
                 except (KeyError, TypeError, ValueError):
-                    await self._tell("problem", message="the page asked for something that there is not; load it again")
+                    await self._send("problem", message="the server does not know this request of the page; load the page again")
                 order = json.loads(await self._connection.recv())
         except (ConnectionClosed, ValueError):
-            pass  # the page is gone, or none of ours
+            pass  # the page is closed, or is no page of this server
         finally:
             self._finish_stopped.set()
             for task in list(self._tasks):
                 task.cancel()
-            if not self._replaced:  # else they work for another page by now
+            if not self._replaced:  # else the workshop already works for another page
                 await self.stop({})
 
     async def end(self) -> None:
-        """Stop what runs for the page, and tell it that another one took its place."""
+        """Stops the current run, and tells the page that another one has replaced it."""
         self._replaced = True
         await self.stop({})
-        await self._tell("ended", message="Another page was opened for this scan; this one shows nothing new any more.")
+        await self._send("ended", message="Another page was opened for this scan; this page is no longer updated.")
         await self._connection.close()
 
     async def welcome(self, order: Mapping[str, Any]) -> None:
-        """Tell what there is."""
+        """Sends the scan, the recipes and the first recipe."""
         scan = self._scan
         recipes = [{"name": head.name, "title": head.info.title} for head in shipped_heads()]
         if self._first not in shipped_recipes():
             recipes.insert(0, {"name": self._first, "title": Path(self._first).name})
-        await self._tell(
+        await self._send(
             "welcome",
             scan=scan.path.name,
             vertices=scan.vertices,
@@ -340,115 +340,115 @@ class Conversation:
         )
         await self.recipe({"recipe": self._first})
         opening, scene = await self._workshop.open()
-        await self._tell("scan", scene, **opening)
+        await self._send("scan", scene, **opening)
 
     async def recipe(self, order: Mapping[str, Any]) -> None:
-        """Show a recipe."""
+        """Sends the controls of a recipe."""
         name = str(order["recipe"])
         if name not in (*shipped_recipes(), self._first):
             raise ParameterError(f"there is no recipe {name!r}")
         self._recipes[name] = self._recipes.get(name) or load_recipe(name)
-        await self._tell("recipe", key=name, **controls(self._recipes[name]))
+        await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Run the recipe with these settings; the result comes later."""
-        _, script = self._asked(order)
+        """Starts a run of the recipe with the settings of the page; `_send_results` sends the result."""
+        _, script = self._recipe_and_script(order)
         scan = self._scan
         if scan.part is not None:
             script = in_mesh_units(script, scan.diagonal, scan.mean_edge)
         self._number += 1
         about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
-        await self._tell("begun", **about)
-        running = await self._workshop.begin(script, self._telling(self._number))
-        self._keep(self._told(running, about))
+        await self._send("begun", **about)
+        running = await self._workshop.begin(script, self._event_sender(self._number))
+        self._start(self._send_results(running, about))
 
-    async def _told(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
-        """The mesh, and when they are there its numbers."""
+    async def _send_results(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
+        """Sends the mesh of a run, and later its numbers."""
         try:
             numbers, scene = await asyncio.shield(running)
-            await self._tell("result", scene, **about, **numbers)
+            await self._send("result", scene, **about, **numbers)
             if (measuring := await self._workshop.measure(running)) is not None:
                 numbers, scene = await asyncio.shield(measuring)
-                await self._tell("numbers", scene, **about, **numbers)
+                await self._send("numbers", scene, **about, **numbers)
         except (asyncio.CancelledError, Stopped) as error:
             if isinstance(error, Stopped) or running.cancelled():
-                await self._tell("cancelled", **about)
+                await self._send("cancelled", **about)
         except (PymeshfairError, OSError) as error:
-            await self._tell("failed", **about, message=str(error))
+            await self._send("failed", **about, message=str(error))
 
     async def stop(self, order: Mapping[str, Any]) -> None:
-        """Stop what runs."""
+        """Stops the current run."""
         self._finish_stopped.set()
         await self._workshop.stop()
 
     async def save(self, order: Mapping[str, Any]) -> None:
-        """Write the recipe."""
+        """Writes the tuned recipe to a file."""
         path, overwrite = self._target(order, ".mlx"), order.get("replace") is True
-        recipe, script = self._asked(order)
+        recipe, script = self._recipe_and_script(order)
         if path.exists() and not overwrite:
             raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
         scan = self._scan
         script = replace(script, comment=saved_comment(recipe, scan.path.name, str(order.get("note", ""))))
         write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=overwrite)
-        await self._tell("saved", path=str(path))
+        await self._send("saved", path=str(path))
 
     async def finish(self, order: Mapping[str, Any]) -> None:
-        """Run the recipe on the whole file, into a file."""
+        """Runs the tuned recipe on the whole scan, and writes the result to a file."""
         path = self._target(order)
-        recipe, script = self._asked(order)
+        recipe, script = self._recipe_and_script(order)
         await self.stop(order)
         scan = self._scan.path
         script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
         job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))
-        stopped, tell = threading.Event(), self._telling(0)
+        stopped, send_event = threading.Event(), self._event_sender(0)
         self._finish_stopped = stopped
 
-        def passed_on(event: Event) -> None:
+        def check_and_send(event: Event) -> None:
             if stopped.is_set():
                 raise Stopped("stopped")
-            tell(event)
+            send_event(event)
 
         async def work() -> None:
             try:
-                result = await asyncio.to_thread(run_job, job, passed_on)
+                result = await asyncio.to_thread(run_job, job, check_and_send)
             except (PymeshfairError, OSError) as error:
-                await self._tell("failed", run=0, message=str(error))
+                await self._send("failed", run=0, message=str(error))
             else:
-                await self._tell("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
+                await self._send("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
 
-        await self._tell("begun", run=0)
-        self._keep(work())
+        await self._send("begun", run=0)
+        self._start(work())
 
-    def _asked(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
+    def _recipe_and_script(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
         recipe = self._recipes[str(order["recipe"])]
         return recipe, script_with(recipe.script, order["steps"])
 
     def _target(self, order: Mapping[str, Any], extension: str = "") -> Path:
-        """A file of the folder that the command was started in."""
+        """Returns the path of a file in the folder in which the command was started."""
         name = str(order["name"]).strip()
         if not name or Path(name).name != name or name in (".", ".."):
             raise ParameterError(f"{name!r} is no name of a file: give it without a folder")
         return Path.cwd() / (name if name.casefold().endswith(extension) else name + extension)
 
-    def _telling(self, number: int) -> Callable[[Any], None]:
-        """A function that passes the events of a run on to the page."""
+    def _event_sender(self, number: int) -> Callable[[Any], None]:
+        """Returns a function that sends the events of a run to the page."""
         loop = asyncio.get_running_loop()
 
-        def tell(event: Any) -> None:
+        def send_event(event: Any) -> None:
             document = {"event": type(event).__name__, **asdict(event)}
-            loop.call_soon_threadsafe(lambda: self._keep(self._tell("event", run=number, **document)))
+            loop.call_soon_threadsafe(lambda: self._start(self._send("event", run=number, **document)))
 
-        return tell
+        return send_event
 
-    def _keep(self, work: Any) -> None:
+    def _start(self, work: Any) -> None:
         task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _tell(self, what: str, scene: bytes | None = None, **more: Any) -> None:
-        """Send a document and, right after it, the mesh that belongs to it."""
+    async def _send(self, kind: str, scene: bytes | None = None, **more: Any) -> None:
+        """Sends a document, followed by its mesh, if any."""
         async with self._sending:
             with contextlib.suppress(ConnectionClosed):
-                await self._connection.send(json.dumps({"is": what, **more}))
+                await self._connection.send(json.dumps({"is": kind, **more}))
                 if scene is not None:
                     await self._connection.send(scene)
