@@ -9,7 +9,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from typing import Any, TypeVar
 
@@ -57,14 +57,9 @@ def blocks(count: int) -> Iterator[slice]:
         yield slice(start, min(start + _BLOCK, count))
 
 
-@contextmanager
-def threads_for(size: int) -> Iterator[None]:
-    """Context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
-    if size >= SERIAL_BELOW:
-        yield
-        return
-    with single_thread():
-        yield
+def threads_for(size: int) -> AbstractContextManager[None]:
+    """A context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
+    return nullcontext() if size >= SERIAL_BELOW else single_thread()
 
 
 def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], progress: Progress) -> None:

@@ -1,7 +1,18 @@
 """Kernels: functions that run as machine code, compiled once by numba in a separate process, and loaded without numba."""
 
-from .kernel import Compilation, compile_ahead, compiled, listed_signatures, loaded_kernels, on_compilation, prange
-from .machine_code import Stored, allowed_threads, most_threads, processor, set_threads, single_thread, stored
+from .kernel import (
+    Compilation,
+    allowed_threads,
+    compile_ahead,
+    compiled,
+    listed_signatures,
+    loaded_kernels,
+    on_compilation,
+    prange,
+    set_threads,
+    single_thread,
+)
+from .machine_code import Stored, most_threads, processor, stored
 
 __all__ = [
     "Compilation",

@@ -29,7 +29,7 @@ import numpy as np
 from ..checks import PymeshfairError
 from . import machine_code
 from .compiler import COMPILER, SETTINGS, CompilationError, Compiler
-from .machine_code import call_parallel, most_threads, start_threads
+from .machine_code import most_threads, start_threads
 
 #: The type of an argument. A number: ``"float64"``, ``"int64"``, ``"bool"``; None: ``"none"``. An array with its number of axes
 #: and its layout (C, F, or A for any): ``"float64 2 C"``, ``"float64 2 C readonly"``. A tuple: the tuple of the types. A named
@@ -158,7 +158,12 @@ class Kernel:
         code = self.code.get(signature)
         if code is None:
             code = self._loaded(signature)
-        return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
+        if not self._is_parallel:
+            return code(*arguments)
+        set_number, lock = start_threads()
+        with lock:  # without OpenMP, as on a bare Linux and on macOS, two calls at once would crash the process
+            set_number(allowed_threads())
+            return code(*arguments)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         """Returns the machine code for a signature: from the store, or compiled and stored."""
@@ -235,6 +240,29 @@ def compiled(function: Any = None, /, **options: Any) -> Any:
     return Kernel(function, options) if function is not None else lambda function: Kernel(function, options)
 
 
+def allowed_threads() -> int:
+    """The number of threads that kernels called from this thread may use."""
+    return int(getattr(_OF_THREAD, "count", most_threads()))
+
+
+def set_threads(count: int) -> None:
+    """Sets the number of threads, from 1 to `most_threads`, for kernels called from this thread."""
+    if not 1 <= count <= most_threads():
+        raise ValueError(f"the number of threads must be from 1 to {most_threads()}, got {count}")
+    _OF_THREAD.count = count
+
+
+@contextmanager
+def single_thread() -> Iterator[None]:
+    """A context in which kernels called from this thread use one thread."""
+    before = allowed_threads()
+    set_threads(1)
+    try:
+        yield
+    finally:
+        set_threads(before)
+
+
 def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
     """Yields the module name, the name and the kernel of every kernel in the loaded modules of a package."""
     for module_name, module in list(sys.modules.items()):
@@ -254,6 +282,7 @@ class Compilation:
 
 
 _LOADING = threading.Lock()
+_OF_THREAD = threading.local()
 _listeners: list[Callable[[Compilation], None]] = []
 _so_far = [Compilation()]
 

@@ -17,8 +17,8 @@ import platform
 import sys
 import threading
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Callable
+from contextlib import nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,7 +36,6 @@ _FUNCTIONS = (
     *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
     *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
 )
-_OF_THREAD = threading.local()
 
 
 class MachineCode(NamedTuple):
@@ -214,40 +213,6 @@ def most_threads() -> int:
     if count := os.environ.get("NUMBA_NUM_THREADS"):
         return max(1, int(count))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def allowed_threads() -> int:
-    """The number of threads that kernels called from this thread may use."""
-    return int(getattr(_OF_THREAD, "count", most_threads()))
-
-
-def set_threads(count: int) -> None:
-    """Sets the number of threads, from 1 to `most_threads`, for kernels called from this thread."""
-    if not 1 <= count <= most_threads():
-        raise ValueError(f"the number of threads must be from 1 to {most_threads()}, got {count}")
-    _OF_THREAD.count = count
-
-
-@contextmanager
-def single_thread() -> Iterator[None]:
-    """A context in which kernels called from this thread use one thread."""
-    before = allowed_threads()
-    set_threads(1)
-    try:
-        yield
-    finally:
-        set_threads(before)
-
-
-def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Calls a parallel kernel with at most `allowed_threads`.
-
-    Without OpenMP, as on a bare Linux and on macOS, two calls at once would crash the process, so a lock lets them wait.
-    """
-    set_number, lock = start_threads()
-    with lock:
-        set_number(allowed_threads())
-        return code(*arguments)
 
 
 @cache

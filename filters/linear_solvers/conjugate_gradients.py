@@ -7,6 +7,7 @@ used because they take one right-hand side on one thread; docs/solvers.md compar
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,6 +20,8 @@ from ..mesh import Floats, Ints
 
 #: Maps a residual (n, 3) to an approximate solution (n, 3): a symmetric positive definite approximation of the inverse.
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
+#: Steps between two reports of the progress.
+_STEPS = 8
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
 #: Indices in kernels are unsigned: the compiler would test signed ones for being negative.
@@ -82,7 +85,7 @@ def conjugate_gradients(
         max_iterations: the most products with the matrix.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
-        progress: called at every iteration; may raise to stop.
+        progress: called at every iteration, without a preconditioner at every eighth; may raise to stop.
     """
     rows = CompressedRows.of(matrix)
     residual = np.array(right_side, order="C")
@@ -100,23 +103,25 @@ def conjugate_gradients(
             direction = precondition(residual).copy()  # because a preconditioner may return the same array again
             energy = _inner_products(residual, direction).sum(axis=0)
         first = norm = _root(energy)
-        iterations = 0
-        while norm > target and iterations < max_iterations:
+        iterations, indefinite = 0, False
+        while norm > target and iterations < max_iterations and not indefinite:
             is_within = 0.0 < target < norm <= first < np.inf
             progress(float(np.log(first / norm) / np.log(first / target)) if is_within else 0.0)
-            curvature = _multiply(rows, direction, product).sum(axis=0)
-            if not (curvature >= 0.0).all():
-                return Descent(x, norm, iterations, True)
-            before, energy = energy, _descend(_quotients(energy, curvature), direction, product, x, residual, scale).sum(axis=0)
-            z = residual
-            if precondition is not None:
-                z = precondition(residual)
-                energy = _inner_products(residual, z).sum(axis=0)
-            _next_direction(_quotients(energy, before), z, scale, direction)
-            del z  # frees (n, 3) numbers before the next z is made
+            if precondition is None:
+                most = min(_STEPS, max_iterations - iterations)
+                steps, indefinite = _jacobi_steps(rows, direction, product, x, residual, scale, energy, target, most)
+                iterations += steps
+            else:
+                before = energy.copy()
+                indefinite = not _step(rows, direction, product, x, residual, scale, energy)
+                if not indefinite:
+                    z = precondition(residual)
+                    energy = _inner_products(residual, z).sum(axis=0)
+                    _next_direction(_quotients(energy, before), z, scale, direction)
+                    del z  # frees (n, 3) numbers before the next z is made
+                    iterations += 1
             norm = _root(energy)
-            iterations += 1
-    return Descent(x, norm, iterations, False)
+    return Descent(x, norm, iterations, indefinite)
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:
@@ -126,13 +131,54 @@ def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, preconditio
         return _root(_inner_products(residual, z).sum(axis=0))
 
 
+@compiled
+def _jacobi_steps(
+    matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats, energy: Floats, target: float, most: int
+) -> tuple[int, bool]:
+    """Takes up to `most` steps with the preconditioner diag(scale); returns their number, and whether A is not semidefinite."""
+    for step in range(most):
+        before = energy.copy()
+        if not _step(matrix, p, q, x, r, scale, energy):
+            return step, True
+        _next_direction(_quotients(energy, before), r, scale, p)
+        if not _root(energy) > target:
+            return step + 1, False
+    return most, False
+
+
+@compiled
+def _step(matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats, energy: Floats) -> bool:
+    """Moves x along p to the least energy; then the three numbers of `energy` are r^T diag(scale) r. False if p^T A p < 0."""
+    curvature = _total(_multiply(matrix, p, q))
+    if not (curvature >= 0.0).all():
+        return False
+    energy[:] = _total(_descend(_quotients(energy, curvature), p, q, x, r, scale))
+    return True
+
+
+@compiled
+def _total(sums: Floats) -> Floats:
+    """The three sums over all blocks."""
+    total = np.zeros(3)
+    for row in sums:
+        total += row
+    return total
+
+
+@compiled
 def _root(energy: Floats) -> float:
-    return float(np.sqrt(energy.sum())) if (energy >= 0.0).all() else np.inf
+    """The norm of `Descent`; infinite where the preconditioner is not positive."""
+    return math.sqrt(energy[0] + energy[1] + energy[2]) if (energy >= 0.0).all() else math.inf
 
 
+@compiled
 def _quotients(a: Floats, b: Floats) -> Floats:
     """The three a / b; 0 where b is not above 0."""
-    return np.divide(a, b, out=np.zeros(3), where=b > 0.0)
+    quotients = np.zeros(3)
+    for column in range(3):
+        if b[column] > 0.0:
+            quotients[column] = a[column] / b[column]
+    return quotients
 
 
 @compiled(parallel=True)
