@@ -1,4 +1,4 @@
-"""The command line: ``app`` assembles the commands, which are in the module of their subject."""
+"""The command line: ``app`` assembles the commands; each is in the module of its subject."""
 
 from ..garbage import collect_seldom
 

@@ -14,7 +14,7 @@ from typer import Argument, Option
 from ..looking.words import counted
 from . import options
 from .options import Json
-from .streams import Talk, complain, print_document, printable, say, talk, warn
+from .streams import Verbosity, complain, print_document, printable, say, verbosity, warn
 
 if TYPE_CHECKING:
     from ..batch.outcomes import Outcome, Summary
@@ -85,7 +85,7 @@ def batch(
         _show_prospect(task, prospect, json=json)
         failed = bool(prospect.problems or prospect.lacks_room)
     else:
-        show = BatchBar() if sys.stderr.isatty() and talk() == Talk.USUAL else BatchLines()
+        show = BatchBar() if sys.stderr.isatty() and verbosity() == Verbosity.NORMAL else BatchLines()
         with task.processes() as pool, show:
             summary = task.carry_out(show, pool)
         _show_summary(summary, task, json=json)
@@ -94,11 +94,11 @@ def batch(
         raise typer.Exit(1)
 
 
-# --------------------------------------------------------------------------------------------------------------- while it goes on
+# --------------------------------------------------------------------------------------------------------- progress of the batch
 
 
 class BatchLines(ExitStack):
-    """A `pymeshfair.batch.work.Listener` that prints a line for each finished scan; a context manager, as `BatchBar` needs it."""
+    """A `pymeshfair.batch.work.Listener` that prints a line for each finished scan; a context manager, which `BatchBar` needs."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -161,7 +161,7 @@ def _line(scan: Scan, outcome: Outcome) -> str:
     return f"{scan.label}: {', '.join(words)}" + (f", written beyond a limit: {broken}" if broken else "")
 
 
-# ------------------------------------------------------------------------------------------------------------- before and after
+# ------------------------------------------------------------------------------------------------------------ results and plan
 
 
 def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
@@ -169,7 +169,7 @@ def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
     if json:
         print_document(summary.document())
         return
-    if talk() > Talk.LITTLE:
+    if verbosity() > Verbosity.QUIET:
         _show_rows(summary, task)
     for outcome in summary.outcomes:
         if outcome.error is not None:

@@ -1,4 +1,4 @@
-"""``pymeshfair compare BEFORE AFTER``."""
+"""``pymeshfair compare BEFORE AFTER``: the distance and the differences of two meshes, as text, document, table or report."""
 
 from __future__ import annotations
 

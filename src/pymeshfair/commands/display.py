@@ -23,7 +23,7 @@ from rich.text import Text
 
 from ..looking.words import measure_rows
 from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from .streams import Talk, printable, say, talk
+from .streams import Verbosity, printable, say, verbosity
 
 if TYPE_CHECKING:
     from ..running.suitability import Suitability
@@ -90,20 +90,20 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
 
 
 class ProgressLines(contextlib.ExitStack):
-    """Prints a line when a step begins, and filters' messages; with `much` also times, and the progress of long steps."""
+    """Prints a line when a step begins, and filters' messages; with `verbose` also times, and the progress of long steps."""
 
     _margin = "  "  # before notes
 
-    def __init__(self, *, much: bool = False) -> None:
+    def __init__(self, *, verbose: bool = False) -> None:
         super().__init__()
         self.push(self._end)
-        self._much = much
+        self._verbose = verbose
         self._step = ""
         self._warnings: list[str] = []
         self._silent_since = time.monotonic()
 
     def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        for text in self._warnings if error is not None else ():  # without an error the command prints them with its results
+        for text in self._warnings if error is not None else ():  # without an error, the command prints them itself
             self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
@@ -116,7 +116,7 @@ class ProgressLines(contextlib.ExitStack):
             self._warnings.append(event.text)
 
     def _show(self, event: Event) -> None:
-        waited = self._much and time.monotonic() - self._silent_since > _PATIENCE
+        waited = self._verbose and time.monotonic() - self._silent_since > _PATIENCE
         match event:
             case StepStarted():
                 self._step = f"step {event.index} of {event.total}"
@@ -125,9 +125,9 @@ class ProgressLines(contextlib.ExitStack):
                 self._say(f"  {_COMPILING}")
             case Compiling() if waited:
                 self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
-            case PhaseStarted() if self._much:
+            case PhaseStarted() if self._verbose:
                 self._say(event.phase)
-            case StepFinished() if self._much:
+            case StepFinished() if self._verbose:
                 self._say(f"{self._step}: {event.seconds:.2f} s")
             case StepProgress() if waited:
                 self._say(f"{self._step}: {event.fraction:.0%}")
@@ -173,9 +173,9 @@ class ProgressBar(ProgressLines):
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[Event], None]]:
     """The display of events: none with --quiet, a bar if stderr is a terminal, lines with --verbose and elsewhere."""
-    if talk() == Talk.LITTLE:
+    if verbosity() == Verbosity.QUIET:
         yield lambda event: None
         return
-    has_bar = talk() == Talk.USUAL and sys.stderr.isatty()
-    with ProgressBar() if has_bar else ProgressLines(much=talk() == Talk.MUCH) as show:
+    has_bar = verbosity() == Verbosity.NORMAL and sys.stderr.isatty()
+    with ProgressBar() if has_bar else ProgressLines(verbose=verbosity() == Verbosity.VERBOSE) as show:
         yield show

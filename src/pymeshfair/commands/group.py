@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, NoReturn, cast
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from .streams import Talk, complain, failure_of_stdout, print_document, secure_streams, talk, warn
+from .streams import Verbosity, complain, failure_of_stdout, print_document, secure_streams, verbosity, warn
 
 
 class Failure(NamedTuple):
@@ -53,10 +53,10 @@ INTERRUPTED = Failure("Interrupted", "interrupted", 130)
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 
-def _option(names: Sequence[str], help: str, how_much: Talk | None = None) -> TyperOption:
+def _option(names: Sequence[str], help: str, level: Verbosity | None = None) -> TyperOption:
     def chosen(context: Any, parameter: Any, value: bool) -> None:
-        if value and how_much is not None:
-            talk(how_much)
+        if value and level is not None:
+            verbosity(level)
 
     return TyperOption(param_decls=[*names], is_flag=True, expose_value=False, callback=chosen, help=help)
 
@@ -65,8 +65,8 @@ class Command(TyperCommand):
     """A command with the options that all commands have; the last of -q and -v counts."""
 
     def __init__(self, *args: Any, params: Sequence[Any] = (), **extra: Any) -> None:
-        quiet = _option(("--quiet", "-q"), "Print only errors, warnings and requested output.", Talk.LITTLE)
-        verbose = _option(("--verbose", "-v"), "Print the begin and the progress of steps, and all notes.", Talk.MUCH)
+        quiet = _option(("--quiet", "-q"), "Print only errors, warnings and requested output.", Verbosity.QUIET)
+        verbose = _option(("--verbose", "-v"), "Print the start and the progress of steps, and all notes.", Verbosity.VERBOSE)
         debug = _option(("--debug",), "Show the traceback of an error.")
         super().__init__(*args, params=[*params, quiet, verbose, debug], **extra)
 
@@ -79,7 +79,7 @@ class CommandGroup(TyperGroup):
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()
-        talk(Talk.USUAL)
+        verbosity(Verbosity.NORMAL)
         warnings.showwarning = lambda message, *where: warn(message)
         if os.environ.get("NO_COLOR"):
             extra["color"] = False

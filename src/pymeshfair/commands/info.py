@@ -122,7 +122,7 @@ def info(
         names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
         near = nearest(subject, [*names, *shipped_recipes()])
         advice = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
-        hint = error.cause or (f"did you mean {near!r}?" if near else advice)  # the cause is a broken plugin that may declare it
+        hint = error.cause or (f"did you mean {near!r}?" if near else advice)  # the cause: a broken plugin may declare it
         message = f"{subject!r} is no filter, no recipe and no file; {hint}"
         raise UnknownNameError(message, suggestion=near, cause=error.cause) from None
     show({"filter": filter_document(filter)}, filter_page(filter), json=json)

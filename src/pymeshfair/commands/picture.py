@@ -1,4 +1,4 @@
-"""``pymeshfair picture MESH... -o OUT.png``."""
+"""``pymeshfair picture MESH... -o OUT.png``: draws meshes."""
 
 from __future__ import annotations
 

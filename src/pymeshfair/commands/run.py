@@ -15,7 +15,7 @@ from typer import Argument, Option
 
 from ..looking.words import change_lines, counted
 from . import options
-from .streams import Talk, complain, print_document, print_lines, printable, say, show, talk, warn
+from .streams import Verbosity, complain, print_document, print_lines, printable, say, show, verbosity, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -125,7 +125,7 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
     if json:
         unmeasured = {name: None for name in ("before", "after", "change") if not getattr(result, name)}
         print_document({"recipe": job.recipe.name, "input": job.input, **vars(result), **unmeasured})
-    elif talk() > Talk.LITTLE:
+    elif verbosity() > Verbosity.QUIET:
         _show(result)
     for breach in result.breaches:
         complain(f"{breach['guard']}: {breach['message']}")

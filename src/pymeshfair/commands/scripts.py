@@ -11,7 +11,7 @@ from typer import Argument, Option
 from ..looking.words import counted
 from .group import Failure
 from .options import Json, Overwrite, Recipe
-from .streams import STANDARD, Talk, check_text, open_recipe, print_document, read_script_bytes, save_text, say, talk
+from .streams import STANDARD, Verbosity, check_text, open_recipe, print_document, read_script_bytes, save_text, say, verbosity
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -38,7 +38,7 @@ def check(
         verdict, text = _verdict(name, diagonal)
         checked.append(verdict)
         problems += verdict.get("problems", [])
-        if not verdict["ok"] or verdict["warnings"] or talk() > Talk.LITTLE:
+        if not verdict["ok"] or verdict["warnings"] or verbosity() > Verbosity.QUIET:
             typer.echo(text, err=json)
     bad = sum(not verdict["ok"] for verdict in checked)
     if json:

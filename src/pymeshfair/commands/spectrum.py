@@ -1,4 +1,4 @@
-"""``pymeshfair spectrum MESH``."""
+"""``pymeshfair spectrum MESH``: the energy of a shape at each wavelength, as a table or a picture."""
 
 from __future__ import annotations
 

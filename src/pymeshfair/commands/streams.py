@@ -77,25 +77,25 @@ def failure_of_stdout() -> OSError | None:
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
 
-class Talk(enum.IntEnum):
+class Verbosity(enum.IntEnum):
     """The amount of output besides results, warnings and errors."""
 
-    LITTLE, USUAL, MUCH = range(3)
+    QUIET, NORMAL, VERBOSE = range(3)
 
 
-_talk = Talk.USUAL
+_verbosity = Verbosity.NORMAL
 
 
-def talk(how_much: Talk | None = None) -> Talk:
-    """The amount of output; `how_much` sets it."""
-    global _talk
-    _talk = _talk if how_much is None else how_much
-    return _talk
+def verbosity(level: Verbosity | None = None) -> Verbosity:
+    """The amount of output; a `level` is set first."""
+    global _verbosity
+    _verbosity = _verbosity if level is None else level
+    return _verbosity
 
 
 def say(*texts: object, err: bool = False) -> None:
     """Print remarks, unless --quiet was given."""
-    if _talk > Talk.LITTLE:
+    if _verbosity > Verbosity.QUIET:
         print_lines(map(printable, texts), err=err)
 
 

@@ -1,4 +1,4 @@
-"""``pymeshfair suggest SCAN``."""
+"""``pymeshfair suggest SCAN``: ranks recipes for a scan, and finds the best settings to denoise it."""
 
 from __future__ import annotations
 

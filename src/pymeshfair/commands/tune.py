@@ -1,4 +1,4 @@
-"""``pymeshfair tune SCAN``."""
+"""``pymeshfair tune SCAN``: serves a page in the browser on which a recipe is tuned."""
 
 from pathlib import Path
 from typing import Annotated

@@ -108,10 +108,10 @@ _PLACES = 3  # the most places that a message names
 
 
 def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
-    """Faults that hide from a slicer what is inside: borders, non-manifold edges, flipped or intersecting faces.
+    """Faults that keep a slicer from telling inside from outside: borders, non-manifold edges, flipped or intersecting faces.
 
-    MeshLab finds intersecting faces, with its files in `folder`. If that is None, MeshLab runs in a process of its own, where a
-    crash raises `RunError`. `wrapped` is for the result of a wrap, where the advice is another one than to wrap.
+    MeshLab finds the intersecting faces, with its files in `folder`. If `folder` is None, MeshLab runs in a process of its own,
+    and a crash there raises `RunError`. For a `wrapped` mesh the advice is not to wrap it.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)

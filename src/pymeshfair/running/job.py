@@ -36,7 +36,7 @@ class Job:
     timeout: float | None = None  # seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: a share of the memory
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
-    unchecked: bool = False  # let MeshLab read formats for which pymeshfair has no reader that checks
+    unchecked: bool = False  # let MeshLab read formats that pymeshfair cannot check
     keep_all: bool = False  # fail if the output lacks anything of the input or of the result
     threads: int | None = None  # the most threads that a filter may use; None: OMP_NUM_THREADS, or all processors
     overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that changed the recipe, for the record

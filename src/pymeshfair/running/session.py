@@ -50,9 +50,9 @@ class Outcome:
 
 
 class Earlier:
-    """A cache of measures and states of runs on one mesh, so that after a change only the changed step and later ones run.
+    """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps this many `states`: those that were used last.
+    It keeps the measures of the mesh, and the layers after some steps: the `states` entries that were used last.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -67,7 +67,7 @@ class Earlier:
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
-        """The layers after the longest kept beginning of these steps, and its reports; None and () if nothing is kept."""
+        """The layers after as many of the first steps as are kept, and the reports of these; None and () if none are."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, ()
@@ -101,7 +101,7 @@ class Session:
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
-        self._job.lengths_in(self._unit)  # refuses lengths before the work starts
+        self._job.lengths_in(self._unit)  # refuses lengths with an unknown unit before the work starts
         self._warn(*self._job.doubts_of_unit(read.unit))
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
@@ -125,7 +125,7 @@ class Session:
         document = self._document
         self._lose(document.losses)
         result = document.current
-        # The input's layer is no loss if a step made a new layer from it.
+        # The input's layer is not reported as lost if the result is a new layer beside it.
         input_stays = document.current_id != input_id and input_id in document.ids
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from ..filters.diffusion import ReliefLoss
 
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share
-#: a run warns if a vertex moves by more mean edges than the first, or if the area grows by more than the second, as a share
+#: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # parameters whose smaller values do less
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller values smooth less
 _LISTED = 20  # the most pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
@@ -87,7 +87,7 @@ def find_origins(result: MeshData, before: MeshData) -> Origins:
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
-    """(count,) the elements' numbers in the mesh that was read, from their ids in the file; -1 if not `same`: other files."""
+    """(count,) each element's number in the mesh that was read, found by its id in the file; -1 without one, or other files."""
     if not same:
         return np.full(count, -1)
     if before is None:
@@ -103,8 +103,8 @@ class Moved:
     """Displacements of the followed vertices; of a new mesh the distances of all its vertices from the input."""
 
     same: bool  # whether the vertices were followed; if not, the mesh is new
-    count: int  # the number of these vertices
-    moved: int  # the number of those with a displacement
+    count: int  # the number of vertices that were compared
+    moved: int  # the number of vertices that moved
     mean: float  # the mean displacement
     rms: float  # the root mean square
     most: float  # the 99th percentile
@@ -219,7 +219,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # energies are compared: outliers count in full
+    noise = scan.noise.deviation  # outliers count in full, as energies are compared
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 

@@ -18,7 +18,7 @@ MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture
 _TEXTURED = ("textures", "wedge texture coordinates", "vertex texture coordinates")
-#: tasks whose recipes may replace each other, and tasks in which a recipe may be replaced at all
+#: the tasks whose recipes may replace each other; and all tasks whose recipes may be replaced
 _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
 #: the reason why a recipe has nothing to do, by the trait that shows it
@@ -117,11 +117,11 @@ def ranked(
     """All shipped recipes, the most suitable first.
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
-    tasks other than cleaning come last; so do recipes that erase detail in their trial; then the smaller error of the trial wins,
-    where a statistical tie with the best equals the best, and a recipe without a trial counts as one that moves nothing; on a
-    scan with openings the tasks that close them come last, as the user may want them open; then more met conditions without "no"
-    win; the order of the tasks decides the rest.
-    If the head of a recipe names another one that goes before it, and both fit, it comes right after that one.
+    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error of the
+    trial wins; a statistical tie with the best counts as the best, and no trial counts as moving nothing. 4. On a scan with
+    openings, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
+    order of the tasks decides.
+    If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after the other one.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -139,7 +139,7 @@ def ranked(
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
         after = better is not None and better.fits and suited.fits
-        # A recipe with a better key takes the one that goes before it along.
+        # A follower with a better key brings its leader forward.
         followers = [
             key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
         ]

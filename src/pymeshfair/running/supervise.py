@@ -1,4 +1,4 @@
-"""Supervises a run: checks, locks, stages and places the files; between, a worker does the work in one piece, or in tiles."""
+"""Supervises a run: checks, locks, stages and places the files. The work itself is done by one worker, or in tiles."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
 _TAIL_LINES = 60  # the number of last lines on stderr that an error shows if the worker dies
-#: the time limit for reading a file, without compilation: seconds, plus its bytes over a rate. The slowest format needs a tenth
+#: the time limit for reading a file, without compilation: seconds, plus its bytes over a rate; ten times what the slowest needs
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
@@ -108,7 +108,7 @@ _NOTHING = re.compile(
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr that marks the lines after it as those of a step; 0 for no step."""
+    """The line on stderr that assigns the lines after it to a step; 0: to none."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -185,7 +185,7 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # it stops the reading, for minutes on a slow machine
+            compiles = isinstance(event, Compiling) and event.is_going_on  # the reading waits, on a slow machine for minutes
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 

@@ -116,7 +116,7 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
-    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # no byte of the output depends on it
+    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on it
     files = [Path(str(entry["path"])).name for entry in entries]
     _occupy(files[1:], again)
     tolerances, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
@@ -153,7 +153,7 @@ def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[
 
 
 def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
-    """The recipe in a record; how the recipe's file differs from it, or ""; the file's path in words, or "" if it is ours."""
+    """The recipe in a record; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
@@ -175,7 +175,7 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
 
 
 def _occupy(names: Sequence[str], again: Path) -> None:
-    """Create files with the names that the first run found in use, so that its textures get the same other names again."""
+    """Create files with the names that the first run found in use, so that textures are renamed in the same way."""
     for name in names:
         if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
             tried = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]

@@ -138,7 +138,7 @@ class Step:
         )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
-        """The step with the defaults of all other parameters; without `lengths`, not those that depend on the size of the mesh.
+        """The step with defaults where it has no values; without `lengths`, not with defaults that depend on the mesh's size.
 
         Some defaults of built-in filters follow from the mesh, such as the number of triangles to decimate to. They stay absent.
         """
@@ -167,7 +167,7 @@ class Script:
     unit: str = ""  # the unit of the scans that it is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
-        """A problem with a step, or with a parameter of it, which is given by its name in scripts."""
+        """A problem with a step, or with one of its parameters, by its name in scripts."""
         file = "script" if self.path is None else str(self.path)
         return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
 

@@ -88,7 +88,7 @@ def _spelled(parameter: Parameter, text: str) -> float | str:
 
 
 def spelled(parameter: Parameter, attributes: Attributes) -> list[float | str]:
-    """The numbers of a ``<Param>``; instead of one that is wrong or missing, its text or ""."""
+    """The numbers of a ``<Param>``; a wrong one stays a text, and a missing one is ""."""
     return [_spelled(parameter, attributes.get(name, "")) for name in _names(parameter)]
 
 
@@ -263,7 +263,7 @@ def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
 
 
 def evaluates(text: str) -> bool:
-    """Whether a text is one valid expression of muParser: valid parts are replaced by a value ``v`` until only that is left.
+    """Whether a text is one valid expression of muParser: valid parts are replaced by ``v`` until one ``v`` is left.
 
     Assignments and several results are refused, although muParser accepts them: a filter needs one value.
     """

@@ -117,7 +117,7 @@ def export_script(
     closed, steps, replaced, problems = size.closed, list[Step](), list[str](), list[Problem]()
     for number, step in enumerate(whole.steps, 1):
         plain, why_not = (step, "") if step.filter.is_builtin else _equivalent(step, closed=closed, has_mesh=mesh is not None)
-        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
+        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh or make a selection
         if why_not:
             problems.append(script.problem(step, why_not))
             continue
