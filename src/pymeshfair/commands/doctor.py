@@ -114,12 +114,12 @@ def look_at_pymeshlab() -> Iterator[Finding]:
     from ..processes.environment import program_of, worker_environment
 
     command = program_of("pymeshfair.meshlab.loading")
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
-    if done.returncode == 0:
+    process = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
+    if process.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
         yield from look_at_facts()
     else:
-        last_line = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
+        last_line = process.stderr.strip().rpartition("\n")[2] or f"the import ended with code {process.returncode}"
         yield Finding("pymeshlab", False, last_line)
 
 
@@ -182,10 +182,10 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
 
     if not folder.is_dir():
         raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
-    left = abandoned_folders(folder)
-    if not left:
+    folders = abandoned_folders(folder)
+    if not folders:
         yield Finding("left files", True, f"no killed run has left files in {folder}")
-    for path in left:
+    for path in folders:
         size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
         if remove:
             remove_folder(path)

@@ -97,9 +97,9 @@ class CommandGroup(TyperGroup):
             if "--debug" in options:
                 traceback.print_exc()
         if failure is None:
-            lost = failure_of_stdout()
-            if lost is None or code:
+            stdout_error = failure_of_stdout()
+            if stdout_error is None or code:
                 sys.exit(code or 0)
-            failure = Failure("OSError", f"output got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
+            failure = Failure("OSError", f"output got lost: {(stdout_error.strerror or str(stdout_error)).lower()} on stdout", 1)
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)

@@ -141,10 +141,10 @@ def _show(result: RunResult) -> None:
         print_lines((*change_lines(result.change, result.unit), ""))
     typer.echo(f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        near = path
+        shown = path
         with contextlib.suppress(OSError, ValueError):  # if the file is outside the working folder, or that is gone
-            near = path.relative_to(Path.cwd())
-        typer.echo(f"  {printable(near)}")
+            shown = path.relative_to(Path.cwd())
+        typer.echo(f"  {printable(shown)}")
 
 
 def demo(

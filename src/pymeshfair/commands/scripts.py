@@ -40,12 +40,12 @@ def check(
         problems += verdict.get("problems", [])
         if not verdict["ok"] or verdict["warnings"] or verbosity() > Verbosity.QUIET:
             typer.echo(text, err=json)
-    bad = sum(not verdict["ok"] for verdict in checked)
+    invalid = sum(not verdict["ok"] for verdict in checked)
     if json:
-        message = f"{bad} of {counted(len(checked), 'recipe')} not valid"
-        error = {"error": {"kind": "ScriptError", "message": message, "problems": problems}} if bad else {}
+        message = f"{invalid} of {counted(len(checked), 'recipe')} not valid"
+        error = {"error": {"kind": "ScriptError", "message": message, "problems": problems}} if invalid else {}
         print_document({"recipes": checked, **error})
-    if bad:
+    if invalid:
         raise typer.Exit(2)
 
 
@@ -95,8 +95,8 @@ def upgrade(
     written = accept or not upgraded.warnings
     if written:
         save_text(format_script(result, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
-    bad, total = len(upgraded.warnings), len(upgraded.changes)
-    refusal = f"nothing is written: {bad} of {total} changes alter the meaning; --accept writes the script anyway"
+    altering, total = len(upgraded.warnings), len(upgraded.changes)
+    refusal = f"nothing is written: {altering} of {total} changes alter the meaning; --accept writes the script anyway"
     if json:
         changes = [{**vars(change), "same_meaning": change.same_meaning} for change in upgraded.changes]
         error = {"error": {"kind": "MeaningChanges", "message": refusal, "changes": list(upgraded.warnings)}}

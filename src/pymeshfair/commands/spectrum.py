@@ -45,13 +45,13 @@ def spectrum(
     paths = {"before": mesh} | ({} if after is None else {"after": after})
     options: dict[str, Any] = {"values": {"modes": modes}, "timeout": timeout}
     with progress() as show:
-        shown = {name: reported_values(path, "get_surface_spectrum", **options, on_event=show) for name, path in paths.items()}
+        spectra = {name: reported_values(path, "get_surface_spectrum", **options, on_event=show) for name, path in paths.items()}
     if output is not None:
-        write_file(output, draw_spectra(shown, extension(output)), overwrite=overwrite)
+        write_file(output, draw_spectra(spectra, extension(output)), overwrite=overwrite)
     if json:
-        print_document({"mesh": mesh, **shown, "picture": output})
+        print_document({"mesh": mesh, **spectra, "picture": output})
         return
-    _print(shown)
+    _print(spectra)
     if output is not None:
         say(f"{output}: written", err=True)
 

@@ -189,10 +189,10 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
     tried = values.get("tried", [])
     if not tried:
         return []
-    shown = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
+    best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
     criterion = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
     lines = [f"tried {criterion}: {len(tried)} settings that were not ruled out early; error in mean edges of"]
-    for trial in shown if tried[0] in shown else [*shown, tried[0]]:
+    for trial in best if tried[0] in best else [*best, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
         steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps

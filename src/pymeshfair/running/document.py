@@ -103,8 +103,8 @@ class Document:
 
     def _check_layer(self, number: int, before: str = "") -> None:
         if number not in self._meshes:
-            there = ", ".join(map(str, self._meshes)) or "none"
-            raise MeshError(f"{before}there is no layer {number} (there are {there})")
+            ids = ", ".join(map(str, self._meshes)) or "none"
+            raise MeshError(f"{before}there is no layer {number} (there are {ids})")
 
     def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         mesh = MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current

@@ -73,10 +73,10 @@ class Job:
 
     def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
         """A warning if the recipe is for another unit than the scan's, given the unit in the scan's file."""
-        unit, meant = self.unit_of(file_unit), self.recipe.script.unit
-        if not meant or meant == unit:
+        unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
+        if not recipe_unit or recipe_unit == unit:
             return ()
-        return (f"the recipe is for scans in {meant}, and this one is in {unit}: its plain numbers mean {unit}",)
+        return (f"the recipe is for scans in {recipe_unit}, and this one is in {unit}: its plain numbers mean {unit}",)
 
     def check_unit(self) -> None:
         """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can hold it."""

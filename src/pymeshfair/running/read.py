@@ -122,12 +122,12 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
     """For each step its relative lengths in mesh units, by parameter; the steps are run on the mesh file to find them."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
-    done: Sequence[StepReport] = ()
+    reports: Sequence[StepReport] = ()
     if count:
         with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
             first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
-            done = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
+            reports = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
     lengths = [
-        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, done, strict=False)
+        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, reports, strict=False)
     ]
     return [*lengths, *({} for _ in steps[count:])]

@@ -76,9 +76,9 @@ class Earlier:
         self.keep(*entry)
         return entry[1:]
 
-    def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepReport, ...]) -> None:
-        """Keep the layers after some steps."""
-        self._kept.append((steps, state, done))
+    def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...]) -> None:
+        """Keep the layers after some steps, and the reports of these steps."""
+        self._kept.append((steps, state, reports))
         del self._kept[: -self._states or None]
 
 
@@ -121,7 +121,7 @@ class Session:
             self._warn(f"{self._job.recipe.name} is superseded: {advice}")
         if unsuited:
             self._warn(unsuited)
-        steps = self._carried_out(earlier)
+        steps = self._run_steps(earlier)
         document = self._document
         self._lose(document.losses)
         result = document.current
@@ -154,21 +154,21 @@ class Session:
 
         return load_unchecked(path, self._stage / "meshlab")
 
-    def _carried_out(self, earlier: Earlier) -> tuple[StepReport, ...]:
+    def _run_steps(self, earlier: Earlier) -> tuple[StepReport, ...]:
         """Run the steps, except the first ones whose result is in the cache; return the reports of all."""
-        state, done = earlier.longest(self._steps)
+        state, reports = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
-        for number, step in enumerate(done, 1):
+        for number, report in enumerate(reports, 1):
             self._event(StepStarted(number, len(self._steps), self._steps[number - 1].filter.name))
-            for text in step.messages:
+            for text in report.messages:
                 self._event(Message(text, step=number))
-            self._event(StepFinished(number, step.seconds))
-        for number in range(len(done) + 1, len(self._steps) + 1):
-            done = (*done, self._step(number))
+            self._event(StepFinished(number, report.seconds))
+        for number in range(len(reports) + 1, len(self._steps) + 1):
+            reports = (*reports, self._step(number))
             if (state := self._document.state) is not None:
-                earlier.keep(self._steps[:number], state, done)
-        return done
+                earlier.keep(self._steps[:number], state, reports)
+        return reports
 
     def _step(self, number: int) -> StepReport:
         step = self._steps[number - 1]

@@ -83,8 +83,8 @@ def trials(
     shows_relief = clean or not scan.has_impulses
     trial_of = dict[str, Trial]()
     for name, error, tied in zip(explicit, errors, ties, strict=True):
-        lost = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=level)
-        share, shortest = lost or (None, 0.0)
+        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=level)
+        share, shortest = loss or (None, 0.0)
         trial_of[name] = Trial(error, before, share, shortest, tied)
     return trial_of
 

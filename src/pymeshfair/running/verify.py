@@ -128,8 +128,8 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
 
 
 def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
-    made = {name: again.with_name(name) for name in plan.files}
-    different = [name for name, path in made.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
+    path_of = {name: again.with_name(name) for name in plan.files}
+    different = [name for name, path in path_of.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
     if not different:
         return Verification("identical", notes=(*plan.notes, *plan.versions))
     sentences = [f"{name} has other bytes" for name in different]
@@ -178,9 +178,9 @@ def _occupy(names: Sequence[str], again: Path) -> None:
     """Create files with the names that the first run found in use, so that textures are renamed in the same way."""
     for name in names:
         if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
-            tried = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
-            for taken in tried[: tried.index(name) if name in tried else None]:
-                again.with_name(taken).write_bytes(b"")
+            candidates = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
+            for occupied in candidates[: candidates.index(name) if name in candidates else None]:
+                again.with_name(occupied).write_bytes(b"")
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:

@@ -67,8 +67,8 @@ def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Sc
         names = {n: p.name for p in declared.parameters for n in (p.name, p.xml_name)}
         if name not in names:
             words = hint(name, names, f"it has {', '.join(declared.defaults) or 'none'}")
-            near = nearest(name, names)
-            raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}; {words}", suggestion=near)
+            suggestion = nearest(name, names)
+            raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}; {words}", suggestion=suggestion)
         steps[index] = steps[index].with_checked(_parsed(declared, {names[name]: value}))
     return script.with_steps(steps)
 

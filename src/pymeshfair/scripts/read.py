@@ -204,8 +204,8 @@ class _Reader:
             self._filter.params.append(ParamElement(attributes, line))
         elif self._open[1] != "xmlfilter":  # an xmlfilter is one problem, whatever it contains
             expected = {("FilterScript",): "filter", ("FilterScript", "filter"): "Param"}.get(tuple(self._open[:-1]))
-            meant = expected if expected and nearest(tag, [expected]) else None
-            self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", meant)
+            suggestion = expected if expected and nearest(tag, [expected]) else None
+            self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion)
 
     def _end(self, tag: str) -> None:
         self._open.pop()
@@ -242,9 +242,9 @@ def build_script(document: Document, path: Path | None = None) -> Script:
     """The script of a document; raise `ScriptError` if there are problems."""
     problems, steps = list(document.problems), list[Step]()
     for element in document.filters:
-        step, wrong = _step(element, partial(Problem, file=document.name, filter=element.name))
+        step, problems_of_step = _step(element, partial(Problem, file=document.name, filter=element.name))
         steps += [] if step is None else [step]
-        problems += wrong
+        problems += problems_of_step
         if len(problems) > MOST_PROBLEMS:
             break
     if not problems:
@@ -362,10 +362,10 @@ def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Pro
         by_name.setdefault(setting.name, setting)
     for step in steps:
         for parameter, name in step.settings.items():
-            if (wrong := _disagreement(step, parameter, by_name.get(name), name)) is not None:
-                place = partial(Problem, file=document.name, line=step.line, filter=step.filter.name)
-                near = None if name in by_name else nearest(name, by_name)
-                yield place(parameter=step.filter.parameter(parameter).xml_name, message=wrong, suggestion=near)
+            if (message := _disagreement(step, parameter, by_name.get(name), name)) is not None:
+                problem = partial(Problem, file=document.name, line=step.line, filter=step.filter.name)
+                suggestion = None if name in by_name else nearest(name, by_name)
+                yield problem(parameter=step.filter.parameter(parameter).xml_name, message=message, suggestion=suggestion)
     used = {name for step in steps for name in step.settings.values()}
     for setting in by_name.values():
         if setting.name not in used:

@@ -153,9 +153,9 @@ def _read(parameter: Parameter, attributes: Attributes) -> Any:
         return text
     if isinstance(parameter, Bool):
         if text not in ("true", "false"):
-            meant = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
+            suggestion = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
             note = "; MeshLab would read it as true" if text.lower() == "false" else ""
-            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", meant)
+            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", suggestion)
         return text == "true"
     if isinstance(parameter, Enum):
         return _read_choice(parameter, attributes)
@@ -269,21 +269,21 @@ def evaluates(text: str) -> bool:
     """
     if len(text) > _MOST_CHARACTERS:
         return False
-    plain, count = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_kind, text).split())), 0
+    plain, count = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_mark_of_word, text).split())), 0
     for _ in range(_DEEPEST + 1):
-        plain, count = _INNERMOST.subn(_called, plain)
+        plain, count = _INNERMOST.subn(_mark_of_call, plain)
         if not count:
             break
     return not count and _is_value(plain)
 
 
-def _kind(word: re.Match[str]) -> str:
+def _mark_of_word(word: re.Match[str]) -> str:
     """A function's number of arguments if a parenthesis follows, else "f"; "v" for a number or a variable."""
     called = word.string[word.end() : word.end() + 1] == "("
     return FUNCTIONS.get(word[0], "v") if called else "f" if word[0] in FUNCTIONS else "v"
 
 
-def _called(call: re.Match[str]) -> str:
+def _mark_of_call(call: re.Match[str]) -> str:
     """The replacement of a function call or a parenthesis: ``v`` if it is valid, else ``!``."""
     values = call[2].split(",") if call[2] else []
     fits = bool(values) if call[1] == "n" else len(values) == int(call[1] or 1)

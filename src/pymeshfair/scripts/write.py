@@ -39,9 +39,9 @@ def format_script(
     length is written in ``relative=``, and for MeshLab as an absolute value, on a mesh of this `diagonal` and `mean_edge`.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
-    if bad := _UNWRITABLE.search(text):
-        around = text[max(0, bad.start() - 40) : bad.end() + 40]
-        raise PymeshfairError(f"the text {around!r} cannot be written to a script: XML has no {bad.group()!r}")
+    if invalid := _UNWRITABLE.search(text):
+        context = text[max(0, invalid.start() - 40) : invalid.end() + 40]
+        raise PymeshfairError(f"the text {context!r} cannot be written to a script: XML has no {invalid.group()!r}")
     return text
 
 
