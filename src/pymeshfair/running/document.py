@@ -96,7 +96,7 @@ class Document:
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step; return its parameters, with lengths in mesh units, and the values that its filter reports, by name."""
         if step.filter.arity is not Arity.NONE and self.current_id is None:
-            raise MeshError("there is no mesh that it could be applied to")
+            raise MeshError("there is no mesh to apply it to")
         for name, number in step.filter.layers(step.values).items():
             self._check_layer(number, f"parameter {name!r}: ")
         return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)

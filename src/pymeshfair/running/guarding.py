@@ -78,7 +78,7 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_tex
 def _volume(before: float | None, after: float | None, limit: float) -> Iterator[Breach]:
     if before is None or after is None:
         side = "the input" if before is None else "the result"
-        yield Breach("max_volume_change", f"{side} is not closed and oriented, so it has no volume that could be compared")
+        yield Breach("max_volume_change", f"{side} is not closed and oriented, so it has no volume to compare")
         return
     change = 100.0 * (after - before) / abs(before) if before else float("inf") if after else 0.0
     if abs(change) > limit:

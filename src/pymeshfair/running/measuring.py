@@ -84,6 +84,6 @@ def self_intersecting_apart(mesh: MeshData) -> Bools:
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))
     if answer.error is not None:
-        raise RunError(f"MeshLab did not look for faces that cut others: {answer.error}") from answer.error
+        raise RunError(f"MeshLab's search for faces that cut others failed: {answer.error}") from answer.error
     faces: Bools = answer.result
     return faces

@@ -231,7 +231,7 @@ class Session:
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
-            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
+            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are measured from the input")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
         if job.map is not None:
@@ -271,7 +271,7 @@ class Session:
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
-                    self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
+                    self._warn("the scan is watertight, and no face cuts another: prepare_for_print keeps its surface")
         notes = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
         for text in notes:
             self._event(Message(text, step=len(self._steps)))
@@ -286,7 +286,7 @@ class Session:
         if not makes_curves and (names := [a for a in ATTRIBUTES if a in removed]):
             texts.append(f"after the steps the mesh has no {' and no '.join(names)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
-            texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
+            texts.append(f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}")
         return texts
 
     def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:

@@ -52,12 +52,12 @@ class Trial:
         """The trial in words."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
-        unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
-        hidden = f" from {self.relief_from:g} edges on, shorter relief being hidden by the noise" if self.relief_from else ""
-        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
+        unseen = "; the noise hides the relief: look whether the result keeps it" if self.before else ""
+        hidden = f" with waves from {self.relief_from:g} edges; the noise hides shorter ones" if self.relief_from else ""
+        relief = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
-            return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{kept}"
-        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
+            return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{relief}"
+        return f"tried here, it has an error of {self.error:.3f} edges, the scan as it is one of {self.before:.3f}{relief}"
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def verify_output(
     output = Path(output).absolute()
     record = read_provenance(output)
     if record is None:
-        raise OutputError(output, f"nothing is known of how it was made: there is no {provenance_path(output).name} of ours")
+        raise OutputError(output, f"nothing is known of how it was made: pymeshfair wrote no {provenance_path(output).name}")
     with tempfile.TemporaryDirectory(prefix="pymeshfair-verify-") as folder:
         again = Path(folder) / output.name
         try:
@@ -149,7 +149,7 @@ def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[
         if not path.is_file():
             yield f"{path} is not there any more"
         elif path.stat().st_size != entry["bytes"] or sha256_of(path) != entry["sha256"]:
-            yield f"{path} is not what it was (its SHA-256 is another one)"
+            yield f"{path} is not what it was (its SHA-256 is different)"
 
 
 def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
@@ -157,9 +157,9 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
-        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is another one", ""
+        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is different", ""
     if entry["file"] is None:
-        return recipe, "the recipe was no file, so that there is nothing to compare the one in the provenance with", ""
+        return recipe, "the recipe was not in a file, so the one in the provenance cannot be compared with a file", ""
     file = Path(entry["file"])
     shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
     is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))
@@ -171,7 +171,7 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     except PymeshfairError as error:
         return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
     differs = "" if now == text else f"the recipe's file {file} says something else than when it was run"
-    return recipe, differs, "" if is_ours else f"the recipe is that of {file}"
+    return recipe, differs, "" if is_ours else f"the recipe is from {file}"
 
 
 def _occupy(names: Sequence[str], again: Path) -> None:
@@ -185,13 +185,13 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
     """The differences of two results of a random filter that are larger than chance explains."""
-    for what, had, has in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
-        if had != has:
-            yield f"it had {had:,} {what}, and has {has:,} now"
+    for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
+        if old != new:
+            yield f"it had {old:,} {kind}, and has {new:,} now"
             return
     diagonal = float(np.linalg.norm(np.ptp(one.vertices, axis=0)))
     middles = [mesh.vertices[mesh.faces].mean(axis=1) for mesh in (one, other)]
-    for what, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
+    for kind, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
         far = max(float(spatial.cKDTree(q).query(p)[0].max()) for p, q in ((a, b), (b, a))) if len(a) else 0.0
         if far > tolerance * diagonal:
-            yield f"a {what} is {far / diagonal:.2g} diagonals from the nearest one, and chance makes {tolerance:g} at most"
+            yield f"a {kind} is {far / diagonal:.2g} diagonals from the nearest one; random differences are at most {tolerance:g}"

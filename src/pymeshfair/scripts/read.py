@@ -316,7 +316,7 @@ def _about_former(former: Former) -> str:
         return f"there is no such filter today: {former.note}{advice}"
     if former.invented:
         note = f": {former.note}" if former.note else ""
-        return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
+        return f"no MeshLab has had a filter of that name; {former.now!r} is the closest one{note}"
     sets = "".join(f"; give it the parameter {name} with the value {text}" for name, text in former.sets.items())
     return f"MeshLab has renamed this filter to {former.now!r}{sets}; `pymeshfair upgrade` rewrites it"
 
