@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import pages
 
 from pymeshfair import Recipe
-from pymeshfair.commands.info import said
+from pymeshfair.commands.info import as_written
 from pymeshfair.declaration import Arity, Filter, Mesh
 from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import custom_filters
@@ -98,7 +98,7 @@ def python_example(declared: Filter) -> str:
     """A program that loads a scan, applies the filter and saves the result, with one of the parameters written out."""
     arguments = ""
     for parameter in [p for p in declared.parameters if not isinstance(p, Mesh)][:1]:
-        arguments = f"{parameter.name}={said(parameter.default)!r}"
+        arguments = f"{parameter.name}={as_written(parameter.default)!r}"
     other = ""
     if declared.arity != Arity.SINGLE_MESH or any(isinstance(p, Mesh) for p in declared.parameters):
         other = 'ms.load_new_mesh("other.ply")\nms.set_current_mesh(0)\n'

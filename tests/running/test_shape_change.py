@@ -76,7 +76,7 @@ def test_much_new_surface_is_a_warning() -> None:
         (surface_measures(vertices, faces), surface_measures(*both)),
     )
     (text,) = warnings_of(found, (), str)
-    assert text.startswith("new surface of 100% of the area that was scanned was added")
+    assert text.startswith("new surface was added without measurements, 100% of the scanned area")
 
 
 def test_a_wrap_that_goes_inside_is_a_warning() -> None:

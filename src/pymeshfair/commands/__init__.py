@@ -1,5 +1,5 @@
-"""The command line: ``app`` puts the commands together, each in the module of its subject."""
+"""The command line: ``app`` assembles the commands; each is in the module of its subject."""
 
 from ..garbage import collect_seldom
 
-collect_seldom()  # before what the commands import
+collect_seldom()  # before the imports of the commands

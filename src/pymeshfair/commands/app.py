@@ -1,4 +1,4 @@
-"""The command ``pymeshfair``: commands that import what is heavy only when they run, so that help is instant.
+"""The command ``pymeshfair``. Its commands import large libraries only when they run, so that help is instant.
 
 Exit codes and JSON documents: docs/command_line.md.
 """
@@ -16,11 +16,11 @@ app = typer.Typer(
     name="pymeshfair",
     cls=CommandGroup,
     invoke_without_command=True,
-    rich_markup_mode=None,  # plain help: rich's would double the time until the first letter
+    rich_markup_mode=None,  # plain help, as rich takes twice as long to show it
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
-command = app.command(cls=Command)  # the name of each is that of its function
+command = app.command(cls=Command)  # a command has the name of its function
 for function in (run.demo, run.run, batch.batch, run.verify, scripts.check, scripts.upgrade, scripts.export):
     command(function)
 app.add_typer(info.listing, name="list")
@@ -34,7 +34,7 @@ def pymeshfair(
     version: Annotated[bool, typer.Option("--version", "-V", help="Show the version.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
-    """Reproducible clean-up of 3D scans with MeshLab's filters and those that it lacks.
+    """Reproducible clean-up of 3D scans, with MeshLab's filters and others that MeshLab lacks.
 
     Try `pymeshfair demo`, then `pymeshfair list recipes` and `pymeshfair run RECIPE INPUT -o OUTPUT`.
     """
@@ -55,5 +55,5 @@ def pymeshfair(
 
 def main() -> None:
     """The entry point of the console script."""
-    os.environ.update(ONE_BLAS_THREAD)  # more threads would keep workers from being copies of this process
+    os.environ.update(ONE_BLAS_THREAD)  # workers are copies of this process only if it has a single thread
     app()

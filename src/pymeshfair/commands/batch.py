@@ -1,4 +1,4 @@
-"""``pymeshfair batch RECIPE INPUT... -o FOLDER``: the command, its progress on stderr, and the tables of its results or plan."""
+"""``pymeshfair batch RECIPE INPUT... -o FOLDER``: the command, its progress on stderr, and the tables of its plan and results."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from typer import Argument, Option
 from ..looking.words import counted
 from . import options
 from .options import Json
-from .streams import Talk, complain, print_document, printable, say, talk, warn
+from .streams import Verbosity, complain, print_document, printable, say, verbosity, warn
 
 if TYPE_CHECKING:
     from ..batch.outcomes import Outcome, Summary
     from ..batch.plan import Scan
     from ..batch.work import Prospect, Task
 
-#: so many of the outputs that are left out are named
+#: the most ignored files that are named
 _NAMED = 10
-#: of more scans only these many are listed, the worst
+#: the most scans that are listed; of more scans, the worst ones
 _LISTED = 40
 
 
@@ -34,25 +34,25 @@ def batch(
         list[str],
         Argument(
             metavar="INPUT...",
-            help="Mesh files, folders with all below them, patterns ('scans/*/*.ply'), lists (@LIST.txt), tables (TABLE.csv); "
-            "@- is a list on standard input, - a table.",
+            help="Mesh files, folders with their subfolders, patterns ('scans/*/*.ply'), lists (@LIST.txt), tables (TABLE.csv); "
+            "@- reads a list from standard input, - a table.",
         ),
     ],
-    output: Annotated[Path, Option("--output", "-o", metavar="FOLDER", help="Where everything is written; made if need be.")],
+    output: Annotated[Path, Option("--output", "-o", metavar="FOLDER", help="The folder to write; made if it is missing.")],
     chosen: options.RunOptions,
     name: Annotated[
         str,
         Option(
             metavar="NAME",
             help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {folder}, {parent} and "
-            "{number}; by default inputs keep their names, and those of a folder their folders below it.",
+            "{number}. By default outputs have the names of inputs, with their subfolders.",
         ),
     ] = "",
-    jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
+    jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one per processor.", min=1)] = None,
     stop: Annotated[bool, Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
     resume: Annotated[bool, Option("--resume", help="Skip scans that are done already, compared by content.")] = False,
-    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans, spread over the sizes of files.", min=1)] = None,
-    report: Annotated[bool, Option("--report", help="Write batch.html, with a row a scan, and a page of each scan.")] = False,
+    sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans of different file sizes.", min=1)] = None,
+    report: Annotated[bool, Option("--report", help="Write batch.html, with a row for each scan, and a page of each.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
     overwrite: Annotated[bool, Option("--overwrite", help="Replace outputs that no run has written.")] = False,
     json: Json = False,
@@ -85,7 +85,7 @@ def batch(
         _show_prospect(task, prospect, json=json)
         failed = bool(prospect.problems or prospect.lacks_room)
     else:
-        show = BatchBar() if sys.stderr.isatty() and talk() == Talk.USUAL else BatchLines()
+        show = BatchBar() if sys.stderr.isatty() and verbosity() == Verbosity.NORMAL else BatchLines()
         with task.processes() as pool, show:
             summary = task.carry_out(show, pool)
         _show_summary(summary, task, json=json)
@@ -94,11 +94,11 @@ def batch(
         raise typer.Exit(1)
 
 
-# --------------------------------------------------------------------------------------------------------------- while it goes on
+# --------------------------------------------------------------------------------------------------------- progress of the batch
 
 
 class BatchLines(ExitStack):
-    """A line for each scan that ends, as a `pymeshfair.batch.work.Listener`; a context manager, which ends a `BatchBar`."""
+    """A `pymeshfair.batch.work.Listener` that prints a line for each finished scan; a context manager, which `BatchBar` needs."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -121,7 +121,7 @@ class BatchLines(ExitStack):
 
 
 class BatchBar(BatchLines):
-    """A bar over all scans with the time left; those that fail stay above it."""
+    """A progress bar over all scans with the time left; failed scans are listed above it."""
 
     def __init__(self) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -148,7 +148,7 @@ class BatchBar(BatchLines):
 
 
 def _line(scan: Scan, outcome: Outcome) -> str:
-    """One line about a scan that has ended."""
+    """One line about a finished scan."""
     from ..batch.outcomes import displacement_in_edges
 
     if outcome.error is not None:
@@ -158,18 +158,18 @@ def _line(scan: Scan, outcome: Outcome) -> str:
     words = [f"{outcome.seconds:.2f} s"]
     words += [] if moved is None else [f"moved by {moved:.2g} edges"]
     words += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
-    return f"{scan.label}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
+    return f"{scan.label}: {', '.join(words)}" + (f", written beyond a limit: {broken}" if broken else "")
 
 
-# ------------------------------------------------------------------------------------------------------------- before and after
+# ------------------------------------------------------------------------------------------------------------ results and plan
 
 
 def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
-    """Print a row a scan, the worst first if there are many, then the counts and where everything is; then what failed."""
+    """Print a row for each scan (the worst first if there are many), the counts, the written files, and the errors."""
     if json:
         print_document(summary.document())
         return
-    if talk() > Talk.LITTLE:
+    if verbosity() > Verbosity.QUIET:
         _show_rows(summary, task)
     for outcome in summary.outcomes:
         if outcome.error is not None:
@@ -186,16 +186,16 @@ def _show_rows(summary: Summary, task: Task) -> None:
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
     show_table(headers, *(_row(*row) for row in shown), numbers=range(2, 7))
     if len(shown) < len(summary.rows):
-        typer.echo(f"  and {len(summary.rows) - len(shown):,} that went better; batch.csv has them all")
+        typer.echo(f"  and {len(summary.rows) - len(shown):,} with better results; batch.csv lists all")
     counts = summary.counts
     others = {"resumed": "of them before", "broken": "written beyond a limit", "failed": "failed", "left": "left"}
     words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
-    words += [f"{counts[name]:,} {what}" for name, what in others.items() if counts[name]]
+    words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
     for path in task.written:
         typer.echo(f"  {path}")
     if counts["left"]:
-        typer.echo("The same command with --resume does what is left.")
+        typer.echo("The same command with --resume cleans those that are left.")
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
@@ -216,7 +216,7 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
 
 
 def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
-    """Print what would be done, and every problem."""
+    """Print the plan of a dry run, and every problem."""
     recipe, states = task.template.recipe, prospect.states
     steps = [step.filter.name for step in recipe.script.steps]
     if json:

@@ -1,4 +1,4 @@
-"""``pymeshfair compare BEFORE AFTER``."""
+"""``pymeshfair compare BEFORE AFTER``: the distance and the differences of two meshes, as text, document, table or report."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
     from ..looking.comparison import Comparison
     from ..running.read import ReadMesh
 
-#: areas out of tolerance that the text lists
+#: the most areas out of tolerance that are listed
 _AREAS = 20
 
 
 def compare(
-    before: Annotated[Path, Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
-    after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
+    before: Annotated[Path, Argument(metavar="BEFORE", help="The first mesh file, the reference.")],
+    after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file to compare with it.")],
     self_intersections: Annotated[
-        bool | None, Option(help="Seek faces that cut others; by default up to 200,000 vertices.")
+        bool | None, Option(help="Search for faces that cut others; by default up to 200,000 vertices.")
     ] = None,
     tolerance: options.Tolerance = None,
     limits: options.Limits = None,
     unit: options.Unit = None,
-    align: Annotated[bool, Option("--align", help="Turn and move AFTER onto BEFORE first.")] = False,
+    align: Annotated[bool, Option("--align", help="First turn and move AFTER onto BEFORE.")] = False,
     deviations: Annotated[
         Path | None,
-        Option(metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; - prints the table."),
+        Option(metavar="OUT.csv|OUT.ply", help="Write the signed distance of each vertex of AFTER; - prints the table."),
     ] = None,
     section: Annotated[
         list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
@@ -44,9 +44,9 @@ def compare(
     overwrite: options.Overwrite = False,
     json: options.Json = False,
 ) -> None:
-    """Tell what lies between two meshes or clouds: how far apart they are, what was kept, lost, added and removed.
+    """Compare two meshes or clouds: their distance, and what was kept, lost, added and removed.
 
-    They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
+    They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one is farther from the other.
     """
     from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension
@@ -57,7 +57,7 @@ def compare(
 
     planes = []
     if section:
-        from ..report.page import Plane  # which loads a library of pictures
+        from ..report.page import Plane  # imported here, as it loads Pillow
 
         planes = [Plane.parse(text) for text in section]
     if planes and report is None:
@@ -95,7 +95,7 @@ def compare(
         page = comparison_page(
             compared,
             title=f"{before.name} and {after.name}",
-            subtitle="What lies between two meshes.",
+            subtitle="Comparison of two meshes.",
             numbers=plain({**numbers, "files": {key: path.name for key, path in files.items()}}),
             up=up,
             warnings=warnings,
@@ -114,7 +114,7 @@ def compare(
 
 
 def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any]]:
-    """The second mesh, turned and moved onto the first, and what that took."""
+    """The second mesh, turned and moved onto the first, and the numbers of this alignment."""
     from dataclasses import replace
 
     from ..errors import MeshError
@@ -123,7 +123,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     from ..mesh_data import moved
 
     if not len(before.mesh.faces):
-        raise MeshError(f"{before.path.name} has no faces onto which something could be aligned")
+        raise MeshError(f"{before.path.name} has no faces, which --align needs")
     (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
     if (most < low).any() or (least > high).any():
         raise MeshError(
@@ -133,7 +133,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     alignment = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
     warnings = after.warnings
     if not alignment.converged:
-        warnings = (*warnings, f"the alignment did not settle in {alignment.iterations} iterations: look whether it is right")
+        warnings = (*warnings, f"the alignment did not converge in {alignment.iterations} iterations: check that it is right")
     numbers = {name: value for name, value in vars(alignment).items() if name != "vertices"}
     return replace(after, mesh=moved(after.mesh, alignment.vertices), warnings=warnings), numbers
 
@@ -150,8 +150,8 @@ def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | 
         typer.echo("")
     print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:
-        spoken = f" {unit}" if unit else ""
+        suffix = f" {unit}" if unit else ""
         typer.echo(
-            f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
-            f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
+            f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{suffix}; "
+            f"the nearest 80 % of AFTER are then {alignment['residual']:.4g}{suffix} from BEFORE (root mean square)"
         )

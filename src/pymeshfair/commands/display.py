@@ -1,6 +1,6 @@
-"""What rich draws: tables on stdout, and on stderr the progress of a run, a bar on a terminal and lines elsewhere.
+"""Output by rich: tables on stdout, and the progress of a run on stderr, as a bar on a terminal and as lines elsewhere.
 
-Texts of users, such as paths with brackets, are never read as rich's markup.
+User texts, such as paths with brackets, are never parsed as rich's markup.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from rich.text import Text
 
 from ..looking.words import measure_rows
 from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from .streams import Talk, printable, say, talk
+from .streams import Verbosity, printable, say, verbosity
 
 if TYPE_CHECKING:
     from ..running.suitability import Suitability
 
-#: characters of a line where the output is a file or a pipe; programs read --json
+#: characters of a line if the output is a file or a pipe
 _WIDTH = 100
 
 
@@ -44,9 +44,9 @@ def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection
 
 
 def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> None:
-    """Print one column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out.
+    """Print a column of measures for each mesh, by header; rare measures that are 0 or unknown in all meshes are left out.
 
-    `unit` is that of the scan, if it is known.
+    `unit` is the unit of the scan, or None.
     """
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
@@ -57,14 +57,14 @@ _INDENT = " " * 6
 
 
 def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
-    """The recipes that fit, the best first, with reasons; then in one line each those that do not."""
+    """Lines about the recipes that fit, the best first, with reasons; then one line for each other recipe."""
     fitting = [s for s in recipes if s.fits]
     if not fitting:
         yield "no recipe is for such a mesh"
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
-        # The first condition, that there are faces, is left out where there are others.
+        # The first condition only says that there are faces; it is left out if there are others.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
@@ -78,32 +78,32 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
 
 # ------------------------------------------------------------------------------------------------------------------- progress
 
-#: seconds between two lines about the same step where there is no bar
+#: seconds between two lines about the same step if there is no bar
 _PATIENCE = 10.0
 _COMPILING = "compiling filters for this machine"
 
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
-    """A bar on stderr behind the words about its task, which leaves nothing behind; a context manager."""
+    """A progress bar on stderr, after the description of its task; a context manager, which removes the bar at its end."""
     console = Console(stderr=True, highlight=False, emoji=False)
     return Progress(TextColumn("{task.description}"), *columns, console=console, transient=True)
 
 
 class ProgressLines(contextlib.ExitStack):
-    """One line when a step begins, and what filters note; with `much` also how long it takes, and how far a long one is."""
+    """Prints a line when a step begins, and filters' messages; with `verbose` also times, and the progress of long steps."""
 
     _margin = "  "  # before notes
 
-    def __init__(self, *, much: bool = False) -> None:
+    def __init__(self, *, verbose: bool = False) -> None:
         super().__init__()
         self.push(self._end)
-        self._much = much
+        self._verbose = verbose
         self._step = ""
         self._warnings: list[str] = []
         self._silent_since = time.monotonic()
 
     def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        for text in self._warnings if error is not None else ():  # else the command shows them below its results
+        for text in self._warnings if error is not None else ():  # without an error, the command prints them itself
             self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
@@ -116,7 +116,7 @@ class ProgressLines(contextlib.ExitStack):
             self._warnings.append(event.text)
 
     def _show(self, event: Event) -> None:
-        waited = self._much and time.monotonic() - self._silent_since > _PATIENCE
+        waited = self._verbose and time.monotonic() - self._silent_since > _PATIENCE
         match event:
             case StepStarted():
                 self._step = f"step {event.index} of {event.total}"
@@ -125,9 +125,9 @@ class ProgressLines(contextlib.ExitStack):
                 self._say(f"  {_COMPILING}")
             case Compiling() if waited:
                 self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
-            case PhaseStarted() if self._much:
+            case PhaseStarted() if self._verbose:
                 self._say(event.phase)
-            case StepFinished() if self._much:
+            case StepFinished() if self._verbose:
                 self._say(f"{self._step}: {event.seconds:.2f} s")
             case StepProgress() if waited:
                 self._say(f"{self._step}: {event.fraction:.0%}")
@@ -138,7 +138,7 @@ class ProgressLines(contextlib.ExitStack):
 
 
 class ProgressBar(ProgressLines):
-    """A bar over the steps, which also moves within a step whose filter tells how far it is; finished steps stay above it."""
+    """A bar over the steps, which follows the progress of a filter if it reports that; finished steps are listed above it."""
 
     _margin = " " * 17
 
@@ -172,10 +172,10 @@ class ProgressBar(ProgressLines):
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[Event], None]]:
-    """The display of events: none if little is to be printed, a bar if stderr is a terminal, else lines."""
-    if talk() == Talk.LITTLE:
+    """The display of events: none with --quiet, a bar if stderr is a terminal, lines with --verbose and elsewhere."""
+    if verbosity() == Verbosity.QUIET:
         yield lambda event: None
         return
-    has_bar = talk() == Talk.USUAL and sys.stderr.isatty()
-    with ProgressBar() if has_bar else ProgressLines(much=talk() == Talk.MUCH) as show:
+    has_bar = verbosity() == Verbosity.NORMAL and sys.stderr.isatty()
+    with ProgressBar() if has_bar else ProgressLines(verbose=verbosity() == Verbosity.VERBOSE) as show:
         yield show

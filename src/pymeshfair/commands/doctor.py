@@ -1,4 +1,4 @@
-"""``pymeshfair doctor``: checks of this machine, each with advice where something is wrong."""
+"""``pymeshfair doctor``: checks of this machine, with advice if something is wrong."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from typer import Argument, Option
 from .options import Json
 from .streams import print_document, say, warn
 
-#: below this a temporary folder cannot hold the two copies of a large scan that a run needs
+#: the least free space, in bytes: a run needs room for two copies of a large scan in a temporary folder
 _ENOUGH_DISK = 1 << 30
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one check."""
 
     name: str  # the examined part
     ok: bool  # whether it is as it should be
-    detail: str  # the result
-    advice: str = ""  # the remedy, when it is not
+    detail: str  # what was found
+    advice: str = ""  # the remedy, if something is wrong
 
 
 def doctor(
-    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Name what killed runs left in that folder.")] = None,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="List the files that killed runs left in it.")] = None,
     remove: Annotated[bool, Option("--remove", help="Remove these files.")] = False,
-    warm: Annotated[bool, Option("--warm", help="First compile all filters, such as in the image of a container.")] = False,
+    warm: Annotated[bool, Option("--warm", help="First compile all filters, for example for a container's image.")] = False,
     json: Json = False,
 ) -> None:
-    """Look for what keeps pymeshfair from working here."""
-    if warm:  # what no installation and no run has compiled yet
+    """Check whether this machine has everything that pymeshfair needs."""
+    if warm:  # compiles what neither the installation nor a run has compiled
         from ..filters.compilation import compile_ahead, listed_signatures
 
         say("compiling filters for this machine", err=True)
@@ -60,7 +60,7 @@ def doctor(
 
 
 def _compile_others() -> list[str]:
-    """Run the filters of other packages on a small mesh, which compiles what they use; what went wrong."""
+    """Compile the kernels of other packages by running their filters on a small mesh; return the errors."""
     from ..meshset import MeshSet
     from ..registry import custom_filters
 
@@ -78,7 +78,7 @@ def _compile_others() -> list[str]:
 
 
 def look_around() -> Iterator[Finding]:
-    """The findings of all looks; an exception is a finding too, so that the other looks go on."""
+    """The findings of all checks; an exception becomes a finding, so that the other checks go on."""
     for look in (look_at_python, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk):
         try:
             yield from look()
@@ -87,7 +87,7 @@ def look_around() -> Iterator[Finding]:
 
 
 def look_at_python() -> Iterator[Finding]:
-    """The interpreter, the system, and the installed versions of what pymeshfair's own metadata says that it needs."""
+    """The interpreter, the system, and the installed versions of pymeshfair's requirements."""
     import platform
     import re
 
@@ -102,29 +102,29 @@ def look_at_python() -> Iterator[Finding]:
         try:
             versions.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:
-            missing += [] if marker else [name]  # with one it is for some systems
+            missing += [] if marker else [name]  # a requirement with a marker is only for some systems
     detail = ", ".join([*versions, *(f"{name} is missing" for name in missing)])
     yield Finding("packages", not missing, detail, f"`python -m pip install {' '.join(missing)}`" if missing else "")
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
+    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash it."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment
 
     command = program_of("pymeshfair.meshlab.loading")
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
-    if done.returncode == 0:
+    process = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
+    if process.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
         yield from look_at_facts()
     else:
-        last_line = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
+        last_line = process.stderr.strip().rpartition("\n")[2] or f"the import ended with code {process.returncode}"
         yield Finding("pymeshlab", False, last_line)
 
 
 def look_at_facts() -> Iterator[Finding]:
-    """Whether MeshLab's filters are those that scripts and calls are checked against."""
+    """Whether MeshLab's filters equal the table against which scripts and calls are checked."""
     from ..meshlab.facts import differences_from_installed, table_version
 
     installed, expected = importlib.metadata.version("pymeshlab"), table_version()
@@ -136,23 +136,23 @@ def look_at_facts() -> Iterator[Finding]:
 
 
 def look_at_numba() -> Iterator[Finding]:
-    """Whether numba compiles, and where compiled filters are."""
+    """Whether numba compiles, and where compiled kernels are."""
     import numba
 
     from ..filters.compilation import processor, stored
 
     works, kernels = numba.njit(lambda number: number + 1)(1) == 2, stored()
-    came, more = f"{kernels.installed} functions came compiled for {processor()}", f"{kernels.kept} more are in {kernels.folder}"
+    wheel, cache = f"{kernels.installed} kernels are installed for {processor()}", f"{kernels.kept} more are in {kernels.folder}"
     advice = ""
     if not kernels.lasts:
-        advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
+        advice = "this folder cannot be written: set the environment variable NUMBA_CACHE_DIR to one that can be"
     elif kernels.installed + kernels.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
-    yield Finding("numba", works and kernels.lasts, f"compiles; {came}, {more}", advice)
+    yield Finding("numba", works and kernels.lasts, f"compiles; {wheel}, {cache}", advice)
 
 
 def look_at_plugins() -> Iterator[Finding]:
-    """The filters that there are, and the plugins that cannot be used."""
+    """The number of filters, and the plugins that cannot be used."""
     from collections import Counter
 
     from ..registry import all_filters, broken_plugins
@@ -161,13 +161,13 @@ def look_at_plugins() -> Iterator[Finding]:
     yield Finding("filters", True, ", ".join(f"{n} of {origin}" for origin, n in sorted(count.items())))
     for broken in broken_plugins():
         where = f"{broken.distribution}: {broken.entry_point}: {broken.reason}"
-        cure = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
-        advice = f"what it declares is left out, everything else works; {cure} {broken.distribution}"
+        remedy = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
+        advice = f"its filters are left out, all others work; {remedy} {broken.distribution}"
         yield Finding("plugin", False, where, advice)
 
 
 def look_at_disk() -> Iterator[Finding]:
-    """Room for temporary files."""
+    """Whether there is room for temporary files."""
     import tempfile
 
     folder = tempfile.gettempdir()  # raises FileNotFoundError when no candidate can be written
@@ -177,15 +177,15 @@ def look_at_disk() -> Iterator[Finding]:
 
 
 def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
-    """The folders that killed runs left in a folder, which is no fault of the machine."""
+    """The temporary folders that killed runs left in a folder; they do not count as wrong."""
     from ..files.writing import WORK_PREFIX, abandoned_folders, remove_folder
 
     if not folder.is_dir():
         raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
-    left = abandoned_folders(folder)
-    if not left:
+    folders = abandoned_folders(folder)
+    if not folders:
         yield Finding("left files", True, f"no killed run has left files in {folder}")
-    for path in left:
+    for path in folders:
         size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
         if remove:
             remove_folder(path)

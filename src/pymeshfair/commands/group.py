@@ -1,4 +1,4 @@
-"""Common to all commands: options, the amount of output, and the end as one message or JSON document with an exit code."""
+"""Shared by all commands: options, verbosity, and the end: an exit code, with one message or JSON document for an error."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from typing import Any, NamedTuple, NoReturn, cast
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from .streams import Talk, complain, failure_of_stdout, print_document, secure_streams, talk, warn
+from .streams import Verbosity, complain, failure_of_stdout, print_document, secure_streams, verbosity, warn
 
 
 class Failure(NamedTuple):
     """The error that ended a command."""
 
-    kind: str  # the name of the exception, e.g. ``"ScriptError"``.
-    message: str  # the mistake, its place, and advice
-    exit_code: int  # 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted
+    kind: str  # the name of the exception, such as ``"ScriptError"``
+    message: str  # the error, its place, and advice
+    exit_code: int  # 1: failed, 2: wrong usage or an invalid recipe, 130: interrupted
     #: further attributes of the exception, such as the problems of a script or the step that failed
     details: Mapping[str, Any] = MappingProxyType({})
 
@@ -49,37 +49,37 @@ class Failure(NamedTuple):
 
 INTERRUPTED = Failure("Interrupted", "interrupted", 130)
 
-# typer does not export the base class of its usage errors.
+# Typer does not export the base class of its usage errors.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 
-def _option(names: Sequence[str], help: str, how_much: Talk | None = None) -> TyperOption:
+def _option(names: Sequence[str], help: str, level: Verbosity | None = None) -> TyperOption:
     def chosen(context: Any, parameter: Any, value: bool) -> None:
-        if value and how_much is not None:
-            talk(how_much)
+        if value and level is not None:
+            verbosity(level)
 
     return TyperOption(param_decls=[*names], is_flag=True, expose_value=False, callback=chosen, help=help)
 
 
 class Command(TyperCommand):
-    """A command with the options that all have; of -q and -v the last counts."""
+    """A command with the options that all commands have; the last of -q and -v counts."""
 
     def __init__(self, *args: Any, params: Sequence[Any] = (), **extra: Any) -> None:
-        quiet = _option(("--quiet", "-q"), "Print errors and warnings alone, and what was asked for.", Talk.LITTLE)
-        verbose = _option(("--verbose", "-v"), "Print when steps begin, how far they are, and all notes.", Talk.MUCH)
+        quiet = _option(("--quiet", "-q"), "Print only errors, warnings and requested output.", Verbosity.QUIET)
+        verbose = _option(("--verbose", "-v"), "Print the start and the progress of steps, and all notes.", Verbosity.VERBOSE)
         debug = _option(("--debug",), "Show the traceback of an error.")
         super().__init__(*args, params=[*params, quiet, verbose, debug], **extra)
 
 
 class CommandGroup(TyperGroup):
-    """The commands of `pymeshfair`, with the same end for all of them."""
+    """The commands of `pymeshfair`, whose errors and exit codes are handled here."""
 
     def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
-        """Run the command line `args` and exit with 0 done, 1 failed, 2 wrong usage or invalid recipe, 130 interrupted."""
+        """Run the command line `args` and exit with 0 (done) or with the exit code of a `Failure`."""
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()
-        talk(Talk.USUAL)
+        verbosity(Verbosity.NORMAL)
         warnings.showwarning = lambda message, *where: warn(message)
         if os.environ.get("NO_COLOR"):
             extra["color"] = False
@@ -97,9 +97,9 @@ class CommandGroup(TyperGroup):
             if "--debug" in options:
                 traceback.print_exc()
         if failure is None:
-            lost = failure_of_stdout()
-            if lost is None or code:
+            stdout_error = failure_of_stdout()
+            if stdout_error is None or code:
                 sys.exit(code or 0)
-            failure = Failure("OSError", f"what was printed got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
+            failure = Failure("OSError", f"output got lost: {(stdout_error.strerror or str(stdout_error)).lower()} on stdout", 1)
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)

@@ -1,4 +1,4 @@
-"""``pymeshfair list filters|recipes`` and ``pymeshfair info FILTER|RECIPE|MESH``: what there is, as data and as pages of text."""
+"""``pymeshfair list filters|recipes`` and ``pymeshfair info FILTER|RECIPE|MESH``: their JSON documents and pages of text."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ..declaration import Filter, Parameter
     from ..recipe import Recipe, RecipeHead, RecipeInfo
 
-#: characters of a line of a page, and of a line of a list with the margins before the words about a filter and a recipe
+#: characters of a line of a page, and of a line of a list
 _WIDTH, _NARROW = 100, 80
-_MARGIN = " " * 24
-#: so many holes and outer borders are listed
+_MARGIN = " " * 24  # before the description of a recipe
+#: the most holes and outer borders that are listed
 _MOST_RIMS = 12
 
 listing = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
@@ -36,7 +36,7 @@ def filters(
     words: Annotated[list[str] | None, Argument(metavar="WORDS", help="Words of the names, the origin or the summary.")] = None,
     json: Json = False,
 ) -> None:
-    """List the filters, MeshLab's and those of the plugins."""
+    """List the filters of MeshLab and of the plugins."""
     from ..registry import all_filters, broken_plugins
 
     warn(*broken_plugins())
@@ -45,41 +45,41 @@ def filters(
     if not listed and not json:
         typer.echo(f"no filter contains {text!r}", err=True)
     names = ("python_name", "name", "origin", "summary")
-    words_of = ((f.python_name, *map(_indented, (f"{f.name} ({f.origin})", f.summary))) for f in listed)
-    show({"filters": [{name: getattr(f, name) for name in names} for f in listed]}, chain.from_iterable(words_of), json=json)
+    lines = ((f.python_name, *map(_indented, (f"{f.name} ({f.origin})", f.summary))) for f in listed)
+    show({"filters": [{name: getattr(f, name) for name in names} for f in listed]}, chain.from_iterable(lines), json=json)
 
 
 def _indented(text: str, margin: str = " " * 4, width: int = _NARROW) -> str:
     return textwrap.fill(text, width, initial_indent=margin, subsequent_indent=margin)
 
 
-def _contains(haystack: str, words: str) -> bool:
-    """Whether every word is in there, capitals and the difference between spaces, dashes and underscores aside."""
-    plain = re.sub(r"[\s_-]+", " ", haystack.casefold())
+def _contains(text: str, words: str) -> bool:
+    """Whether the text contains every word; capitals do not count, and spaces, dashes and underscores are the same."""
+    plain = re.sub(r"[\s_-]+", " ", text.casefold())
     return all(word in plain for word in re.sub(r"[\s_-]+", " ", words.casefold()).split())
 
 
 @listing.command(cls=Command)
 def recipes(json: Json = False) -> None:
-    """List the recipes that pymeshfair ships, by what they are there to do."""
+    """List the recipes that pymeshfair ships, by task."""
     from ..recipe import TASKS, shipped_heads
 
     heads = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
     rows = [
-        {"name": r.name, **_words(r.info), "for": r.info.purpose, "settings": [s.name for s in r.settings], "steps": r.steps}
+        {"name": r.name, **_head(r.info), "for": r.info.purpose, "settings": [s.name for s in r.settings], "steps": r.steps}
         for r in heads
     ]
     show({"recipes": rows}, _by_task(heads), json=json)
     if not json:
-        say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+        say("\n`pymeshfair info RECIPE` describes a recipe, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 
-def _words(about: RecipeInfo) -> dict[str, Any]:
-    return {"title": about.title, "task": about.task, "fits": about.fits}
+def _head(info: RecipeInfo) -> dict[str, Any]:
+    return {"title": info.title, "task": info.task, "fits": info.fits}
 
 
 def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
-    """The recipes in lines, under the tasks that they are for."""
+    """The lines of the list of recipes, under the names of their tasks."""
     tasks = [head.info.task for head in heads]
     for head, former in zip(heads, [None, *tasks], strict=False):
         if head.info.task != former:
@@ -121,15 +121,15 @@ def info(
             return
         names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
         near = nearest(subject, [*names, *shipped_recipes()])
-        every = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
-        hint = error.cause or (f"did you mean {near!r}?" if near else every)  # the cause is a plugin that may declare it
+        advice = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
+        hint = error.cause or (f"did you mean {near!r}?" if near else advice)  # the cause: a broken plugin may declare it
         message = f"{subject!r} is no filter, no recipe and no file; {hint}"
         raise UnknownNameError(message, suggestion=near, cause=error.cause) from None
     show({"filter": filter_document(filter)}, filter_page(filter), json=json)
 
 
 def filter_document(filter: Filter) -> dict[str, Any]:
-    """The declaration in terms of JSON."""
+    """The declaration of a filter in terms of JSON."""
     names = ("python_name", "name", "origin", "info", "classes", "requires", "changes")
     return {
         **{name: getattr(filter, name) for name in names},
@@ -149,7 +149,7 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
         "label": parameter.label,
         "type": type(parameter).__name__.lower(),
         "allowed": parameter.describe_allowed(),
-        "default": said(parameter.default),
+        "default": as_written(parameter.default),
         **{name: getattr(parameter, name, None) for name in ("minimum", "maximum", "choices")},
         "advanced": parameter.advanced,
         "help": parameter.help,
@@ -157,14 +157,14 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
 
 
 def filter_page(filter: Filter) -> Iterator[str]:
-    """The declaration as the lines of a page: what it does, its parameters, how to call it."""
+    """The declaration of a filter as the lines of a page: its effect, its parameters, and how to call it."""
     menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
     yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
     if filter.info:
         yield f"\n{filter.info}"
     yield "\nParameters" if filter.parameters else "\nIt has no parameters."
     for parameter in filter.parameters:
-        default = "depends on the mesh" if parameter.default is None else repr(said(parameter.default))
+        default = "depends on the mesh" if parameter.default is None else repr(as_written(parameter.default))
         yield f"\n  {parameter.name}  (default {default}{', advanced' if parameter.advanced else ''})"
         for text in (f"{parameter.label}: {parameter.describe_allowed()}.", *([parameter.help] if parameter.help else [])):
             yield _indented(text, " " * 6, _WIDTH)
@@ -175,8 +175,8 @@ def filter_page(filter: Filter) -> Iterator[str]:
 
 
 def python_call(filter: Filter) -> str:
-    """The call with every default that is known without a mesh."""
-    values = [f"{p.name}={said(p.default)!r}" for p in filter.parameters if p.default is not None]
+    """The call in Python, with every default that does not depend on a mesh."""
+    values = [f"{p.name}={as_written(p.default)!r}" for p in filter.parameters if p.default is not None]
     call = f"ms.{filter.python_name}({', '.join(values)})"
     if len(call) <= _WIDTH:
         return call
@@ -184,7 +184,7 @@ def python_call(filter: Filter) -> str:
 
 
 def mlx_element(filter: Filter) -> str:
-    """The step of a script with every default that is known without a mesh."""
+    """The step in a script, with every default that does not depend on a mesh."""
     from ..scripts import Script, Step, format_script
 
     lines = format_script(Script((Step(filter).with_defaults(),))).splitlines()
@@ -193,7 +193,7 @@ def mlx_element(filter: Filter) -> str:
     return textwrap.dedent("\n".join(lines[first:last]))
 
 
-def said(value: Any) -> Any:
+def as_written(value: Any) -> Any:
     """A parameter's value as users write it: lengths as ``"1%"``."""
     from ..declaration import Length
 
@@ -207,18 +207,18 @@ def recipe_document(recipe: Recipe) -> dict[str, Any]:
             "python_name": step.filter.python_name,
             "name": step.filter.name,
             "tag": step.tag,
-            "parameters": {name: said(value) for name, value in step.values.items()},
+            "parameters": {name: as_written(value) for name, value in step.values.items()},
             "settings": step.settings,
         }
         for step in recipe.script.steps
     ]
     settings = [{k: v for k, v in vars(s).items() if k != "line"} for s in recipe.script.settings]
-    about = {**_words(recipe.info), "title": recipe.title, "description": recipe.description}
-    return {"name": recipe.name, **about, "settings": settings, "steps": steps}
+    head = {**_head(recipe.info), "title": recipe.title, "description": recipe.description}
+    return {"name": recipe.name, **head, "settings": settings, "steps": steps}
 
 
 def recipe_page(recipe: Recipe) -> Iterator[str]:
-    """The recipe as the lines of a page: what it is for, what can be set, and its steps."""
+    """The recipe as the lines of a page: its purpose, its settings and its steps."""
     yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
     if recipe.script.settings:
         yield "Settings (--set NAME=VALUE)"
@@ -232,7 +232,7 @@ def recipe_page(recipe: Recipe) -> Iterator[str]:
         yield f"{number:>4}  {step.filter.name}  ({step.filter.python_name}){tag}"
         for name, value in step.values.items():
             setting = f"  (setting {step.settings[name]})" if name in step.settings else ""
-            yield f"        {name} = {said(value)}{setting}"
+            yield f"        {name} = {as_written(value)}{setting}"
 
 
 def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
@@ -252,8 +252,8 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Attributes, box and noise of a mesh, and its holes and outer borders, the largest first, one line each."""
-    yield f"\nIt has {', '.join(measures['attributes'] or ['vertices alone'])}."
+    """Lines about the attributes, the box and the noise of a mesh, and about each hole and outer border, the largest first."""
+    yield f"\nIt has {', '.join(measures['attributes'] or ['only vertices'])}."
     if measures["box"]:
         low, high = measures["box"]
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))

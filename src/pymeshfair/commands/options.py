@@ -1,4 +1,4 @@
-"""The options that several commands have."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from ..running.job import Job
 
 Json = Annotated[bool, Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
-Overwrite = Annotated[bool, Option("--overwrite", help="Replace what is written if it exists.")]
+Overwrite = Annotated[bool, Option("--overwrite", help="Replace existing files.")]
 
-Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="How far surfaces may lie apart: 0.1%, 0.5edge, 0.05mm.")]
+Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The largest distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
 Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colours: -0.1,0.1 or -0.1mm,0.1mm.")]
-Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a page that needs no network.")]
+Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a report as a page that needs no network.")]
 Up = Annotated[Literal["y", "z"], Option(help="The upright axis in pictures.")]
 #: the extensions of reports
 PAGES = ("html", "htm")
 
 
 def _recipes(incomplete: str) -> list[str]:
-    """The shipped recipes and the scripts that a word may become, for the shell."""
+    """The shipped recipes and the scripts that complete a word in the shell."""
     import glob
     import importlib.resources
 
     shipped = [f.name for f in importlib.resources.files("pymeshfair.mlx_scripts").iterdir() if f.name.endswith(".mlx")]
-    own = glob.glob(f"{glob.escape(incomplete)}*.mlx")  # noqa: PTH207 - as it was typed
-    return sorted(name.removesuffix(".mlx") for name in shipped if name.startswith(incomplete)) + sorted(own)
+    scripts = glob.glob(f"{glob.escape(incomplete)}*.mlx")  # noqa: PTH207 - keeps the path as typed
+    return sorted(name.removesuffix(".mlx") for name in shipped if name.startswith(incomplete)) + sorted(scripts)
 
 
 Recipe = Annotated[
@@ -50,25 +50,25 @@ Recipe = Annotated[
 ]
 
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
-Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm ...).")]
-Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; else that of its file or of the recipe.")]
-Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; else 80 % of the machine's.")]
-Timeout = Annotated[float | None, Option(metavar="SECONDS", help="Stop after that time; in a batch, that scan.", min=0.001)]
+Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that pymeshfair cannot check (.3ds, .ctm ...).")]
+Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default of its file, or of the recipe.")]
+Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default 80 % of the machine's.")]
+Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit of a run; in a batch, of each scan.", min=0.001)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The options of a run, and of the runs of a batch; the last ones name a scheduler of dask."""
+    """The options of a run, and of the runs of a batch; the last five are for a scheduler of dask."""
 
     set: Annotated[
         list[str] | None,
         Option(
             metavar="NAME=VALUE",
-            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
-            "a number, a tag or a part of the filter's name. May be repeated.",
+            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step; STEP is "
+            "a number, a tag or a part of the filter's name. Repeatable.",
         ),
     ] = None
-    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="Another layer of the recipe. Repeatable.")] = None
+    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="A layer for the recipe. Repeatable.")] = None
     upgrade: Annotated[bool, Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False
     timeout: Timeout = None
     memory: Memory = None
@@ -79,21 +79,21 @@ class RunOptions:
     unit: Unit = None
     max_volume_change: Annotated[str, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = ""
     require: Annotated[
-        str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless it is so.")
+        str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless OUTPUT is so.")
     ] = ""
-    keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")] = ""
+    keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if less of the sharp edges' length is kept: 95%.")] = ""
     keep_broken: Annotated[bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code stays 1.")] = False
     no_measures: Annotated[
-        bool, Option("--no-measures", help="Measure nothing, which is sooner: nothing is said of the shape, no limit is held.")
+        bool, Option("--no-measures", help="Measure nothing, which is faster; then no limits can be set, and no change is shown.")
     ] = False
     scheduler: Annotated[str | None, Option(metavar="ADDRESS", help="Let the workers of this dask scheduler do the work.")] = None
-    scheduler_file: Annotated[Path | None, Option(metavar="FILE", help="That of `dask scheduler --scheduler-file`.")] = None
-    tls_ca_file: Annotated[Path | None, Option(metavar="FILE", help="Certificates that sign the scheduler's.")] = None
+    scheduler_file: Annotated[Path | None, Option(metavar="FILE", help="The file of `dask scheduler --scheduler-file`.")] = None
+    tls_ca_file: Annotated[Path | None, Option(metavar="FILE", help="The certificates that signed the scheduler's.")] = None
     tls_cert: Annotated[Path | None, Option(metavar="FILE", help="The certificate to show to the scheduler.")] = None
     tls_key: Annotated[Path | None, Option(metavar="FILE", help="The key of that certificate.")] = None
 
     def job(self, recipe: str, input: Path, output: Path, **more: Any) -> Job:
-        """The run of a recipe; `more` are further fields of `Job`."""
+        """The job of a run; `more` are further fields of `Job`."""
         from ..running.job import Job
         from ..scripts.guards import Guards
 
@@ -116,7 +116,7 @@ class RunOptions:
         )
 
     def chosen_scheduler(self) -> Scheduler | None:
-        """The scheduler that the options name, None without one."""
+        """The scheduler in the options, or None."""
         if self.scheduler is not None and self.scheduler_file is not None:
             raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
         if self.scheduler is None and self.scheduler_file is None:
@@ -128,7 +128,7 @@ class RunOptions:
         return Scheduler(self.scheduler or "", self.scheduler_file, self.tls_ca_file, self.tls_cert, self.tls_key)
 
     def check_measured(self) -> None:
-        """Refuse a report of what was not measured."""
+        """Refuse a report without measures."""
         if self.no_measures:
             raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
 
@@ -136,17 +136,17 @@ class RunOptions:
 def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
     """The command with the fields of `RunOptions` as options in place of its parameter `chosen`."""
     hints = get_type_hints(command, include_extras=True)
-    of_run = signature(RunOptions, eval_str=True).parameters
+    run_options = signature(RunOptions, eval_str=True).parameters
 
     @wraps(command)
     def called(**values: Any) -> None:
-        command(chosen=RunOptions(**{name: values.pop(name) for name in of_run}), **values)
+        command(chosen=RunOptions(**{name: values.pop(name) for name in run_options}), **values)
 
     parameters: list[Parameter] = []
     for name, parameter in signature(command).parameters.items():
-        own = parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY)
-        parameters += of_run.values() if name == "chosen" else [own]
-    del called.__wrapped__  # typer would look at its annotations
+        keyword = parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY)
+        parameters += run_options.values() if name == "chosen" else [keyword]
+    del called.__wrapped__  # typer would read its annotations
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
@@ -157,7 +157,7 @@ _BYTES = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "
 
 
 def memory_limit(text: str | None) -> int | None:
-    """The bytes that ``--memory`` means, such as ``4GB``, ``500MB`` or ``2GiB``; None without it."""
+    """The number of bytes in a text for ``--memory``, such as ``4GB``, ``500MB`` or ``2GiB``; None without a text."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
@@ -165,14 +165,14 @@ def memory_limit(text: str | None) -> int | None:
         raise typer.BadParameter(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB", param_hint="--memory")
     size = int(float(match[1]) * _BYTES[match[2]])
     if size < 10**8:
-        raise typer.BadParameter(f"{text!r} is less than the 100 MB that MeshLab takes for itself", param_hint="--memory")
+        raise typer.BadParameter(f"{text!r} is less than the 100 MB that MeshLab alone needs", param_hint="--memory")
     return size
 
 
 def lengths_in_mesh_units(
     tolerance: str | None, limits: str | None, unit: str | None, diagonal: float, mean_edge: float
 ) -> tuple[float | None, Ends | None]:
-    """What ``--tolerance`` and ``--limits LOW,HIGH`` mean, lengths such as ``0.05``, ``0.1%``, ``0.5edge`` or ``0.05mm``."""
+    """The values of ``--tolerance`` and ``--limits LOW,HIGH`` in mesh units; `unit` is the unit of the scan, or None."""
     from ..declaration import Length
     from ..declaration.parameters import check_unit
     from ..filters.inspection import Limits as Ends

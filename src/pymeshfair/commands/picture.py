@@ -1,4 +1,4 @@
-"""``pymeshfair picture MESH... -o OUT.png``."""
+"""``pymeshfair picture MESH... -o OUT.png``: draws meshes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .streams import print_document, say, warn
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
 
-#: the extensions of pictures, and how Pillow names them
+#: the extensions of pictures, and Pillow's names of their formats
 PICTURES = {"png": "PNG", "jpg": "JPEG", "jpeg": "JPEG", "webp": "WEBP"}
 
 
@@ -24,20 +24,20 @@ def picture(
         str,
         Option(
             metavar="plain|own|curvature|gaussian|distance|displacement|reflection|shape|scalar",
-            help="What the colours tell; 'own' are the mesh's, distance and displacement those from the first mesh.",
+            help="What the colours show; 'own' shows the mesh's colours; distance and displacement are from the first mesh.",
         ),
     ] = "plain",
     view: Annotated[
         str,
-        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="From where, or how many degrees to the right and up."),
+        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="The side, or the degrees to the right and upwards."),
     ] = "front",
     up: options.Up = "y",
     zoom: Annotated[
-        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Show what is round a point; SIZE is a length: 20, 10%, 30edge.")
+        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in on a point; SIZE is a length: 20, 10%, 30edge.")
     ] = "",
-    size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="Of each panel, in pixels.")] = "640x640",
-    title: Annotated[list[str] | None, Option(metavar="TEXT", help="Of each panel; else the names of the files.")] = None,
-    stripes: Annotated[float, Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
+    size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="The size of each panel in pixels.")] = "640x640",
+    title: Annotated[list[str] | None, Option(metavar="TEXT", help="The title of a panel; by default the file's name.")] = None,
+    stripes: Annotated[float, Option(help="The number of reflection lines; more show smaller defects.", min=1)] = 8.0,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,
     unit: options.Unit = None,
@@ -46,7 +46,7 @@ def picture(
     overwrite: options.Overwrite = False,
     json: options.Json = False,
 ) -> None:
-    """Draw meshes from one camera, with a scale bar and, if colours tell something, a colour bar.
+    """Draw meshes from one camera, with a scale bar and, if colours show numbers, a colour bar.
 
     Needs neither a display nor a graphics card.
     """
@@ -106,7 +106,7 @@ def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], floa
     *place, size = text.split(",")
     extent = Length.parse(size).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
     if not extent > 0.0:
-        raise ParameterError(f"--zoom {text}: the size of a close-up is above 0")
+        raise ParameterError(f"--zoom {text}: the size of a close-up must be above 0")
     try:
         if len(place) == 1 and place[0].startswith("vertex="):
             x, y, z = read.mesh.vertices[int(place[0].removeprefix("vertex="))]

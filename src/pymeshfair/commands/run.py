@@ -1,4 +1,4 @@
-"""``pymeshfair run RECIPE INPUT -o OUTPUT``; ``demo``, a run on a scan that is there; and ``verify``, which repeats a run."""
+"""``pymeshfair run RECIPE INPUT -o OUTPUT``; ``demo``, a run on pymeshlab's sample scan; and ``verify``, which repeats a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typer import Argument, Option
 
 from ..looking.words import change_lines, counted
 from . import options
-from .streams import Talk, complain, print_document, print_lines, printable, say, show, talk, warn
+from .streams import Verbosity, complain, print_document, print_lines, printable, say, show, verbosity, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..running.job import Event, Job, RunResult
 
 
-#: of the demo
+#: the recipe and the scan of the demo
 _RECIPE, _SCAN = "clean_range_map", Path("tests/sample_meshes/rangemaps/face000.ply")
 
 #: exit code by verdict
@@ -45,20 +45,20 @@ def run(
     input: Annotated[Path, Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
     chosen: options.RunOptions,
-    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT, even the input, and map and report.")] = False,
-    map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write what was kept, moved and added, and how far.")] = None,
-    map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="What moved no further is kept.")] = None,
-    tiles: Annotated[bool, Option("--tiles", help="Work by tiles, if memory is too small; see docs/scale.md.")] = False,
-    resume: Annotated[bool, Option("--resume", help="With --tiles: go on where a killed run ended.")] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT, even if it is INPUT, map and report.")] = False,
+    map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write a map of kept, moved and added surface.")] = None,
+    map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="In the map, smaller moves count as kept.")] = None,
+    tiles: Annotated[bool, Option("--tiles", help="Work in tiles, if memory is too small; see docs/scale.md.")] = False,
+    resume: Annotated[bool, Option("--resume", help="With --tiles: continue a killed run.")] = False,
     report: options.Report = None,
     up: options.Up = "y",
     json: options.Json = False,
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    Beside OUTPUT, OUTPUT.provenance.json says how it came about. Both appear whole or not at all, and MAP.ply and OUT.html with
-    them. If OUTPUT exists, it is replaced only if it is, to the byte, what this very run wrote there before: from the same INPUT,
-    with the same recipe and settings. Anything else is kept, and the run refused, unless --overwrite is given.
+    OUTPUT.provenance.json, beside OUTPUT, records how it was made. All files, MAP.ply and OUT.html too, are written completely or
+    not at all. An existing OUTPUT is replaced only if the same run wrote it (same INPUT, recipe and settings) and no byte of it
+    has changed since. Otherwise the run is refused, unless --overwrite is given.
     """
     from ..files.writing import check_target
     from ..running.supervise import run_job, workers_of_runs
@@ -96,7 +96,7 @@ def run(
 
 
 def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
-    """The report of a run whose result is staged, to appear with its output."""
+    """The report of a run, staged to be placed together with the output."""
     from json import loads
 
     from ..files.writing import check_target, stage_file
@@ -111,9 +111,9 @@ def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[Sta
 
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
-    """Run the job with its progress on stderr, then print what came of it on stdout.
+    """Run the job with its progress on stderr, then print its result on stdout.
 
-    `carry` runs it, and is given what shows the events; `report` is the page that it makes.
+    `carry` runs the job, given the callback for events; `report` is the path of the report that the run writes.
     """
     from .display import progress
 
@@ -125,7 +125,7 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
     if json:
         unmeasured = {name: None for name in ("before", "after", "change") if not getattr(result, name)}
         print_document({"recipe": job.recipe.name, "input": job.input, **vars(result), **unmeasured})
-    elif talk() > Talk.LITTLE:
+    elif verbosity() > Verbosity.QUIET:
         _show(result)
     for breach in result.breaches:
         complain(f"{breach['guard']}: {breach['message']}")
@@ -141,20 +141,20 @@ def _show(result: RunResult) -> None:
         print_lines((*change_lines(result.change, result.unit), ""))
     typer.echo(f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        near = path
-        with contextlib.suppress(OSError, ValueError):  # the working folder is gone, or another one
-            near = path.relative_to(Path.cwd())
-        typer.echo(f"  {printable(near)}")
+        shown = path
+        with contextlib.suppress(OSError, ValueError):  # if the file is outside the working folder, or that is gone
+            shown = path.relative_to(Path.cwd())
+        typer.echo(f"  {printable(shown)}")
 
 
 def demo(
     folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write.")] = Path("pymeshfair_demo"),
     json: options.Json = False,
 ) -> None:
-    """Clean a real range map, and say what to try next.
+    """Clean a real range map, and show what to try next.
 
-    It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries. FOLDER gets a copy of it, face.ply,
-    and the result, face_clean.ply, in place of that of an earlier demo.
+    The range map is a face of 85,849 vertices from a laser scanner, a sample in the pymeshlab wheel. It is copied to face.ply in
+    FOLDER. The result, face_clean.ply, replaces that of an earlier demo.
     """
     from shlex import quote
 
@@ -186,7 +186,7 @@ def demo(
 
 
 def sample_scan() -> Path:
-    """The range map in the folder of pymeshlab, which is found without importing it."""
+    """The path of the sample range map in the folder of pymeshlab, which is not imported."""
     from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")
@@ -198,22 +198,22 @@ def sample_scan() -> Path:
 
 
 def verify(
-    output: Annotated[Path, Argument(metavar="OUTPUT", help="A mesh file that a run wrote, its provenance beside it.")],
-    recorded: Annotated[bool, Option("--recorded", help="Use the recipe of the provenance, not that of its file.")] = False,
+    output: Annotated[Path, Argument(metavar="OUTPUT", help="A mesh file that a run wrote, with its provenance beside it.")],
+    recorded: Annotated[bool, Option("--recorded", help="Use the recipe in the provenance, not the recipe's file.")] = False,
     timeout: options.Timeout = None,
     allow_outside: options.AllowOutside = False,
     unchecked: options.Unchecked = False,
     memory: options.Memory = None,
     json: options.Json = False,
 ) -> None:
-    """Make a file again from its provenance, and compare.
+    """Repeat the run that made a file, from its provenance, and compare the results.
 
-    The recipe in the provenance is compared with the one that pymeshfair ships, or with its file. --allow-outside and --unchecked
-    must be given as they were to the run.
+    The recipe in the provenance is compared with the one that pymeshfair ships, or with the recipe's file. --allow-outside and
+    --unchecked must be given again if the run had them.
 
     Exit codes: 0 the same bytes (or, for random filters without a seed, equal counts of elements and small distances), 1 other
-    bytes, or the run failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other
-    versions.
+    bytes, or the run failed, 3 the output has changed, 4 the input has changed, 5 the recipe has changed, 6 other bytes, and
+    versions have changed.
     """
     from ..running.verify import verify_output
     from .display import progress

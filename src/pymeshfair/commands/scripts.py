@@ -1,4 +1,4 @@
-"""``pymeshfair check``, ``upgrade`` and ``export``: the commands about scripts, which open no mesh unless one is given."""
+"""``pymeshfair check``, ``upgrade`` and ``export``: commands on scripts, which open no mesh unless one is given."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typer import Argument, Option
 from ..looking.words import counted
 from .group import Failure
 from .options import Json, Overwrite, Recipe
-from .streams import STANDARD, Talk, check_text, open_recipe, print_document, read_script_bytes, save_text, say, talk
+from .streams import STANDARD, Verbosity, check_text, open_recipe, print_document, read_script_bytes, save_text, say, verbosity
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -25,12 +25,12 @@ def _read(mesh: Path) -> ReadMesh:
 
 def check(
     recipes: Annotated[list[str], Argument(metavar="RECIPE", help="Shipped names, .mlx files, or - for standard input.")],
-    mesh: Annotated[Path | None, Option("--mesh", metavar="SCAN", help="Look whether the lengths suit that mesh.")] = None,
+    mesh: Annotated[Path | None, Option("--mesh", metavar="SCAN", help="Check also whether lengths suit this mesh.")] = None,
     json: Json = False,
 ) -> None:
-    """Check recipes and name every problem in them.
+    """Check recipes and list all their problems.
 
-    What runs but hardly does what was meant is a warning. No mesh is opened, but for SCAN.
+    Steps that run, but probably do not do what was meant, get a warning. No mesh is opened, except SCAN.
     """
     diagonal = None if mesh is None else _read(mesh).measured.diagonal
     checked, problems = [], []
@@ -38,19 +38,19 @@ def check(
         verdict, text = _verdict(name, diagonal)
         checked.append(verdict)
         problems += verdict.get("problems", [])
-        if not verdict["ok"] or verdict["warnings"] or talk() > Talk.LITTLE:
+        if not verdict["ok"] or verdict["warnings"] or verbosity() > Verbosity.QUIET:
             typer.echo(text, err=json)
-    bad = sum(not verdict["ok"] for verdict in checked)
+    invalid = sum(not verdict["ok"] for verdict in checked)
     if json:
-        message = f"{bad} of {counted(len(checked), 'recipe')} not valid"
-        error = {"error": {"kind": "ScriptError", "message": message, "problems": problems}} if bad else {}
+        message = f"{invalid} of {counted(len(checked), 'recipe')} not valid"
+        error = {"error": {"kind": "ScriptError", "message": message, "problems": problems}} if invalid else {}
         print_document({"recipes": checked, **error})
-    if bad:
+    if invalid:
         raise typer.Exit(2)
 
 
 def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
-    """The verdict on a recipe, in terms of JSON and as text."""
+    """The result of the check of a recipe, in terms of JSON and as text."""
     from ..errors import PymeshfairError
     from ..scripts.warnings import script_warnings
 
@@ -69,14 +69,14 @@ def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
 def upgrade(
     script: Annotated[Path, Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010; - is standard input.")],
     output: Annotated[Path, Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
-    accept: Annotated[bool, Option("--accept", help="Write it even if its meaning changes.")] = False,
-    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to it.")] = None,
+    accept: Annotated[bool, Option("--accept", help="Write the script even if its meaning changes.")] = False,
+    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to MESH.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Bring a script of an older MeshLab up to date.
 
-    Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
+    All changes are listed, each with whether the meaning stays the same. If it does not, nothing is written without --accept.
     """
     from ..files.errors import InputError
     from ..scripts import format_script
@@ -95,8 +95,8 @@ def upgrade(
     written = accept or not upgraded.warnings
     if written:
         save_text(format_script(result, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
-    bad, total = len(upgraded.warnings), len(upgraded.changes)
-    refusal = f"nothing is written: {bad} of {total} changes alter the meaning; --accept writes the script all the same"
+    altering, total = len(upgraded.warnings), len(upgraded.changes)
+    refusal = f"nothing is written: {altering} of {total} changes alter the meaning; --accept writes the script anyway"
     if json:
         changes = [{**vars(change), "same_meaning": change.same_meaning} for change in upgraded.changes]
         error = {"error": {"kind": "MeaningChanges", "message": refusal, "changes": list(upgraded.warnings)}}
@@ -115,14 +115,14 @@ def upgrade(
 def export(
     recipe: Recipe,
     output: Annotated[Path, Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write; - is standard output.")],
-    mesh: Annotated[Path | None, Option("--for", metavar="MESH", help="The mesh that makes lengths mesh units.")] = None,
+    mesh: Annotated[Path | None, Option("--for", metavar="MESH", help="The mesh for which lengths are computed.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
 
-    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
-    that does the same, or refused.
+    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by an
+    equivalent one, or else refused.
     """
     from ..scripts.write import MeshFacts, export_script
 

@@ -1,6 +1,6 @@
-"""What commands print and read on standard streams: messages, the document of ``--json``, and ``-`` in the place of a file.
+"""Standard streams: messages, the document of ``--json``, and ``-`` in place of a file.
 
-Printing is safe: closed or full streams do not abort a command; escape codes from files are removed.
+Closed or full streams do not abort a command, and control characters from files are escaped.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 
 class LastingStream(io.TextIOWrapper):
-    """A text stream that goes on, to nowhere, once it cannot be written."""
+    """A text stream that discards all further text after an error."""
 
-    failure: OSError | None = None  # the error that stopped writing, or None; a pipe whose reader is gone is no failure
+    failure: OSError | None = None  # the error that stopped writing, or None; a closed pipe is no failure
 
     def write(self, text: str) -> int:
-        """Write, or not."""
+        """Write, or discard the text."""
         with self._going_on():
             super().write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Flush, or not."""
+        """Flush, or discard the text."""
         with self._going_on():
             super().flush()
 
@@ -55,57 +55,57 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Make both output streams lasting ones; closed ones go to the null device, so that no file gets the number 1 or 2."""
+    """Replace both output streams by lasting ones; closed ones get the null device, so that no file gets their number."""
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
         pass
     os.close(number)
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if stream is not None and type(stream) is not io.TextIOWrapper:
-            continue  # replaced by another program, such as a test
+            continue  # another program, such as a test, has replaced the stream
         if stream is not None:
             with suppress(OSError):
                 stream.flush()
-        binary = open(number, "wb", closefd=False)  # noqa: SIM115 - a number, which stays open to the end
+        binary = open(number, "wb", closefd=False)  # noqa: SIM115 - stays open until the process ends
         encoding = "utf-8" if stream is None else stream.encoding
         setattr(sys, name, LastingStream(binary, encoding=encoding, errors="backslashreplace", line_buffering=True))
 
 
 def failure_of_stdout() -> OSError | None:
-    """The error by which output on stdout got lost, or None."""
+    """The error because of which output on stdout is lost, or None."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
 
-class Talk(enum.IntEnum):
+class Verbosity(enum.IntEnum):
     """The amount of output besides results, warnings and errors."""
 
-    LITTLE, USUAL, MUCH = range(3)
+    QUIET, NORMAL, VERBOSE = range(3)
 
 
-_talk = Talk.USUAL
+_verbosity = Verbosity.NORMAL
 
 
-def talk(how_much: Talk | None = None) -> Talk:
-    """The amount of output; `how_much` sets it."""
-    global _talk
-    _talk = _talk if how_much is None else how_much
-    return _talk
+def verbosity(level: Verbosity | None = None) -> Verbosity:
+    """The amount of output; a `level` is set first."""
+    global _verbosity
+    _verbosity = _verbosity if level is None else level
+    return _verbosity
 
 
 def say(*texts: object, err: bool = False) -> None:
-    """Print remarks, unless little is to be printed."""
-    if _talk > Talk.LITTLE:
+    """Print remarks, unless --quiet was given."""
+    if _verbosity > Verbosity.QUIET:
         print_lines(map(printable, texts), err=err)
 
 
 def printable(text: object) -> str:
-    """The text with control characters escaped, as a terminal would obey those in names of files; line feeds and tabs stay."""
+    """The text with control characters escaped, as terminals execute them; line feeds and tabs stay."""
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 
 def complain(text: object, *, color: bool | None = None) -> None:
-    """Print an error on stderr; `color` is needed where the context of typer, which knows it, is closed."""
+    """Print an error on stderr; `color` is needed only after the context of typer is closed, which has this setting."""
     typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True, color=color)
 
 
@@ -115,13 +115,13 @@ def warn(*texts: object) -> None:
 
 
 def print_lines(lines: Iterable[str], *, err: bool = False) -> None:
-    """Print lines that were asked for."""
+    """Print lines, also with --quiet."""
     for line in lines:
         typer.echo(line, err=err)
 
 
 def show(document: Mapping[str, Any], lines: Iterable[str], *, json: bool) -> None:
-    """Print the document as JSON, or the lines that say the same."""
+    """Print the document as JSON, or as lines of text."""
     if json:
         print_document(document)
     else:
@@ -135,7 +135,7 @@ def print_document(document: Mapping[str, Any]) -> None:
 
 
 def plain(value: Any) -> Any:
-    """`value` in terms of JSON. Numbers that JSON cannot say (NaN, infinity) become null, what is unknown its text."""
+    """`value` in terms of JSON. NaN and infinity become null, and values of unknown types their text."""
     if isinstance(value, enum.Flag):
         return [member.name for member in type(value) if member.value and member in value]
     if value is None or isinstance(value, bool | str | int):
@@ -159,7 +159,7 @@ STANDARD = Path("-")
 
 
 def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
-    """A shipped recipe, the script in a file, or that on standard input; see `pymeshfair.recipe.load_recipe`."""
+    """A shipped recipe, the script in a file, or the script on standard input; see `pymeshfair.recipe.load_recipe`."""
     from ..recipe import load_recipe, parse_recipe
 
     if name != str(STANDARD):
@@ -168,29 +168,29 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input, at most one more than a script may have."""
+    """The bytes of a script's file or of standard input, cut one byte above the largest size of a script."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)
 
 
 def check_text(output: Path, kinds: Collection[str], *, overwrite: bool, json: bool) -> None:
-    """Refuse an output that could not be written, before anything is done."""
+    """Refuse an output that cannot be written, before the work starts."""
     from ..files.writing import check_target
 
     if output != STANDARD:
         check_target(output, kinds, overwrite=overwrite)
     elif json:
-        raise typer.BadParameter("the document of --json and another one cannot both go to standard output", param_hint="-")
+        raise typer.BadParameter("standard output cannot take both this text and the document of --json", param_hint="-")
 
 
 def save_text(text: str, output: Path, *, overwrite: bool) -> None:
-    """Write the file, or print its text."""
+    """Write the text to a file, or print it if the output is ``-``."""
     from ..files.writing import write_file
 
     if output == STANDARD:
         if isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.reconfigure(encoding="utf-8")  # as the file would be
+            sys.stdout.reconfigure(encoding="utf-8")  # the same bytes as in a file
         sys.stdout.write(text)
     else:
         write_file(output, text.encode("utf-8"), overwrite=overwrite)

@@ -1,4 +1,4 @@
-"""``pymeshfair suggest SCAN``."""
+"""``pymeshfair suggest SCAN``: ranks recipes for a scan, and finds the best settings to denoise it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: Less noise, in mean edges, is that of meshing: level sets without any other have up to 0.017. Recipes are then judged as on a
-#: scan without noise, by how little they move.
+#: in mean edges: less noise comes from meshing, as level sets without other noise have up to 0.017. Recipes are then judged as on
+#: a scan without noise, by how little they move vertices
 _MESHING = 0.018
-#: so many of the settings that were tried are shown
+#: the most tried settings that are shown
 _SHOWN = 6
 #: names of the smoothers that are compared, and the text of their amounts
 _SMOOTHERS = {
@@ -42,20 +42,20 @@ def suggest(
             "--output",
             "-o",
             metavar="RECIPE.mlx",
-            help="Write there a recipe that denoises it, every value said; - is standard output.",
+            help="Write a recipe that denoises SCAN, with explicit values; - is standard output.",
         ),
     ] = None,
     timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Rank all recipes for a scan, with reasons, and find how it is denoised best.
+    """Rank all recipes for a scan, with reasons, and find the best settings to denoise it.
 
-    What is measured is compared with what each recipe says at its head under Fits. Those that smooth are tried on a sample of the
-    scan: first comes what leaves the least error there, last what erases detail. Whether there is noise to remove, and how, is
-    found by vertices that no filter has seen; with -o the settings that predict these best become a recipe, which does what
-    denoise does on this scan, and can be changed and used for others of its kind. Low-pass smoothers are compared in the same
-    way, each with the amount that suits the scan best.
+    The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
+    of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
+    filter sees, shows if there is noise to remove, and with which settings. With -o, the settings with the least error become
+    a recipe. It does on this scan what denoise does, can be changed, and can be used for similar scans. Low-pass smoothers are
+    compared in the same way, each with its best amount for the scan.
     """
     from ..errors import PymeshfairError
     from ..running.read import read_mesh
@@ -84,13 +84,13 @@ def suggest(
     print_lines(fitting_lines(recipes), err=output == STANDARD)
     if values is None:
         return
-    print_lines((_words(scan, values, traits["noise"]), *_contest(values), *_families(values)), err=True)
+    print_lines((_summary(scan, values, traits["noise"]), *_setting_lines(values), *_smoother_lines(values)), err=True)
     if output is not None and output != STANDARD:
         say(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits with the noise as the trials found it: its kind and its amount, as the trait alone is near 0 for impulses."""
+    """The traits, with the kind and amount of noise from the tried settings, as the measured trait is near 0 for impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -99,7 +99,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """The report of the automatic filter on the scan, run in a process of its own."""
+    """The values that the automatic filter reports on the scan; it runs in a process of its own."""
     from ..running.read import reported_values
     from .display import progress
 
@@ -110,7 +110,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     mesh: MeshData, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """Trials of the recipes that smooth and fit."""
+    """Trials of the smoothing recipes that fit."""
     from dataclasses import replace
 
     from ..recipe import load_recipe
@@ -134,22 +134,22 @@ def _trials(
     results = trials(mesh.vertices, mesh.faces, scripts, clean=clean, timeout=timeout)
     if not is_correlated:
         return results
-    # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
-    # Nor is relief, as the waves of that noise pass for some.
+    # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. The filter judges
+    # its settings in another way: recipes with it get the error of its best setting, and others at least that of the scan.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
-    # Nothing at all leaves rounding in its steps, which is no merit.
-    nothing = max(errors[0], traits["noise"])
-    best = min(nothing, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
+    # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
+    unfiltered = max(errors[0], traits["noise"])
+    best = min(unfiltered, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
         name: replace(
-            trial, before=nothing, error=best if name in filtered else max(nothing, trial.error), relief=None, tied=False
+            trial, before=unfiltered, error=best if name in filtered else max(unfiltered, trial.error), relief=None, tied=False
         )
         for name, trial in results.items()
     }
 
 
 def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None:
-    """The filter with every value said; None if nothing is to be done."""
+    """A recipe of the filter with explicit values; None if there is no noise to remove."""
     from ..recipe import Recipe
     from ..registry import find_filter
     from ..scripts.script import Script, Step
@@ -163,9 +163,9 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
     return Recipe("suggestion", Script((step,), comment))
 
 
-def _words(scan: Path, values: dict[str, Any], noise: float) -> str:
+def _summary(scan: Path, values: dict[str, Any], noise: float) -> str:
     if values["shape"] == "clean":
-        surface = f"; what looks like {noise:.2g} mean edges of it is the surface" if noise > 0.0 else ""
+        surface = f"; {noise:.2g} mean edges that look like noise are the surface itself" if noise > 0.0 else ""
         return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
@@ -180,19 +180,19 @@ def _sureness(values: dict[str, Any]) -> str:
 
 
 def _kind(values: dict[str, Any]) -> str:
-    own = values["shape"] == "noisy"
-    return f"a shape with noise {'of its own at every vertex' if own else 'that neighbours share'}"
+    is_independent = values["shape"] == "noisy"
+    return f"a shape with noise {'of its own at every vertex' if is_independent else 'that neighbours share'}"
 
 
-def _contest(values: dict[str, Any]) -> list[str]:
-    """The settings that predict best and the first of all, nothing, with the error of held-out vertices."""
+def _setting_lines(values: dict[str, Any]) -> list[str]:
+    """Lines about the best settings and the first of all, which does nothing, with the error of each."""
     tried = values.get("tried", [])
     if not tried:
         return []
-    shown = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
-    judge = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
-    lines = [f"tried {judge}: {len(tried)} settings were not ruled out at once; error in mean edges of"]
-    for trial in shown if tried[0] in shown else [*shown, tried[0]]:
+    best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
+    criterion = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
+    lines = [f"tried {criterion}: {len(tried)} settings that were not ruled out early; error in mean edges of"]
+    for trial in best if tried[0] in best else [*best, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
         steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps
@@ -207,8 +207,8 @@ def _contest(values: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _families(values: dict[str, Any]) -> list[str]:
-    """The families of smoothers, that with the least error first, and what each is called with."""
+def _smoother_lines(values: dict[str, Any]) -> list[str]:
+    """Lines about the compared smoothers, the least error first, each with its best parameter."""
     compared = values.get("smoothers", [])
     if not compared:
         return []
@@ -223,5 +223,5 @@ def _families(values: dict[str, Any]) -> list[str]:
 def _behind(trial: dict[str, Any]) -> str:
     if not trial["excess"]:
         return "best"
-    # Settings for rounded coordinates have none.
+    # Settings for rounded coordinates have no uncertainty.
     return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"

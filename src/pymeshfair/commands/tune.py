@@ -1,4 +1,4 @@
-"""``pymeshfair tune SCAN``."""
+"""``pymeshfair tune SCAN``: serves a page in the browser on which a recipe is tuned."""
 
 from pathlib import Path
 from typing import Annotated
@@ -21,8 +21,8 @@ def tune(
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
 
-    This machine serves the page, for itself alone; its address contains a random token, which gives access. Recipes and results
-    are written to the working folder. Ctrl-C ends it.
+    This machine serves the page, only to itself. Access needs a random token in the address. Recipes and results are written to
+    the working folder. Ctrl-C ends it.
     """
     import secrets
     import socket
@@ -40,7 +40,7 @@ def tune(
     load_recipe(recipe)
     with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
         prepared = prepared_scan(scan.absolute())
-        token = secrets.token_urlsafe(32)  # of 256 bits
+        token = secrets.token_urlsafe(32)  # 256 bits
         try:
             listening = socket.create_server(("127.0.0.1", port))
         except OSError as error:

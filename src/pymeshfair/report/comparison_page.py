@@ -1,4 +1,4 @@
-"""The report of two meshes: verdict, pictures, 3D, numbers, charts, and what a run did between them."""
+"""The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run between them."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -31,20 +31,20 @@ from ..running.read import ReadMesh
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
-#: pixels of a picture of a whole mesh, and of one of the views of the distances
+#: the pixels of a picture of a mesh, and of a view of the distances
 _PICTURE, _VIEW = 400, 300
-#: the views, so that no side is unseen
+#: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-#: areas out of tolerance that are shown as markers and listed on the page
+#: the most areas out of tolerance that the page marks and lists
 _AREAS = 20
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of a report: one sentence, and some more."""
+    """The verdict of a report: one main sentence, and further ones."""
 
     kind: str  # "good", "info", "warn" or "bad", which the style sheet shows by a colour
-    text: str  # the sentence
+    text: str  # the main sentence
     lines: tuple[str, ...] = ()  # further sentences
 
 
@@ -66,12 +66,12 @@ def comparison_page(
 ) -> bytes:
     """The report as the bytes of an HTML file.
 
-    `numbers` is the document that the command prints with ``--json``, in terms of JSON. After a run `run` is its record, and
-    `provenance` the text of that. By default the verdict is that of the comparison, the markers are at the areas out of tolerance
-    or at the largest distance, and the colours end at those of the distances.
+    `numbers` is the document that the command prints with ``--json``. After a run, `run` is its record, and `provenance` the text
+    of this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
+    distance, and the colours end at the limits of the distances.
     """
     comparison = compared.comparison
-    least = 1.5 * compared.tolerance  # so that the tolerance lies well within the colour bar
+    least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
     low, high = symmetric_limits(compared.after_distance.distances)
     ends = limits or Limits(min(low, -least), max(high, least))
     curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
@@ -100,11 +100,11 @@ def comparison_page(
         numbers_text=json.dumps(numbers, indent=1, ensure_ascii=False),
         made=f"Made by pymeshfair on {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC. This page needs no network.",
     )
-    return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
+    return text.encode("utf-8", "replace")  # names of files may contain bytes that are no text
 
 
 def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """The distance of the surfaces, compared with the tolerance; after a run first its removals, additions and moves."""
+    """The verdict on the distance of the surfaces, given the tolerance; after a run its main sentence is on the run's changes."""
     text = verdict_text(comparison, unit)
     flipped = comparison.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
@@ -116,15 +116,15 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
-    """The report of a run as the bytes of an HTML file, from its provenance document, and from the meshes of its files."""
+    """The report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
     compared = compare(state_of(input), state_of(output))
-    comparison = replace(compared.comparison, displacement=None)  # the run said that, before the file rounded coordinates
+    comparison = replace(compared.comparison, displacement=None)  # the record has it, without the rounding of the file
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
     paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
     names = {key: path.name for key, path in paths.items()}
     provenance = json.dumps(record, indent=2, ensure_ascii=False)
     for folder in (*(path.parent for path in paths.values()), Path.cwd()):
-        # The folders of this machine say nothing to those who get the page.
+        # Readers of the page do not need the folders of this machine.
         provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
     return comparison_page(
         replace(compared, comparison=comparison),
@@ -145,10 +145,10 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
     )
 
 
-def _verdict_of_run(record: Mapping[str, Any], moved: Verdict) -> Verdict:
+def _verdict_of_run(record: Mapping[str, Any], of_change: Verdict) -> Verdict:
     guards = record.get("guards", {})
     steps = f"{counted(len(record['steps']), 'step')} in {record['run']['seconds']:.1f} s."
-    lines = (moved.text, *moved.lines, steps)
+    lines = (of_change.text, *of_change.lines, steps)
     if breaches := guards.get("breaches"):
         count = "a limit" if len(breaches) == 1 else f"{len(breaches)} limits"
         text = f"The run went beyond {count}; the output was written all the same."
@@ -156,21 +156,21 @@ def _verdict_of_run(record: Mapping[str, Any], moved: Verdict) -> Verdict:
     if limits := guards.get("limits"):
         kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
         return Verdict("good", f"Done, and every limit was kept: {kept}.", lines)
-    return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))
+    return Verdict(of_change.kind, of_change.text, (*of_change.lines, f"{steps} No limits were set."))
 
 
 def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
-    spoken = f" {unit}" if unit else ""
+    suffix = f" {unit}" if unit else ""
     if comparison.out_of_tolerance:
         return [
-            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}{spoken}", 0 if a.mesh == "before" else 1)
+            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}{suffix}", 0 if a.mesh == "before" else 1)
             for a in comparison.out_of_tolerance[:_AREAS]
         ]
-    there, here = comparison.after_from_before, comparison.before_from_after
-    mesh, largest = (1, there) if there.largest.mesh_units >= here.largest.mesh_units else (0, here)
-    if largest.largest.mesh_units == 0.0:
+    after, before = comparison.after_from_before, comparison.before_from_after
+    mesh, farther = (1, after) if after.largest.mesh_units >= before.largest.mesh_units else (0, before)
+    if farther.largest.mesh_units == 0.0:
         return []
-    return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}{spoken}", mesh)]
+    return [Marker(farther.place, f"largest distance, {farther.largest.mesh_units:.4g}{suffix}", mesh)]
 
 
 def _scene(
@@ -192,22 +192,22 @@ def _scene(
 
 
 def _decimation(mesh: Shown) -> str:
-    what = "faces" if mesh.of_faces else "points"
-    now, of = (len(mesh.elements), mesh.of_faces) if mesh.of_faces else (len(mesh.vertices), mesh.of_vertices)
+    kind = "faces" if mesh.of_faces else "points"
+    shown, whole = (len(mesh.elements), mesh.of_faces) if mesh.of_faces else (len(mesh.vertices), mesh.of_vertices)
     return (
-        f"In three dimensions the mesh {mesh.name} is shown with {now:,} of its {of:,} {what}, so that the page stays small. "
-        "Pictures, numbers, charts and the colours are those of the whole mesh."
+        f"In three dimensions the mesh {mesh.name} is shown with {shown:,} of its {whole:,} {kind}, so that the page stays "
+        "small. Pictures, numbers, charts and the colours are those of the whole mesh."
     )
 
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
-    """Both meshes from the front, and how far the second lies from the first from six sides."""
-    spoken, tolerance = unit or "mesh units", compared.tolerance
+    """Pictures of both meshes from the front, and of the distances from six sides, with a colour bar."""
+    unit_name, tolerance = unit or "mesh units", compared.tolerance
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)
     panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
     figures = [
-        figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {spoken}"),
+        figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {unit_name}"),
         figure_of(panels[1], "The mesh after, from the same place.", "After"),
     ]
     numbers = [Numbers(compared.after_distance.at_vertices)]
@@ -216,15 +216,15 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
         azimuth, elevation = VIEWS[side]
         view = replace(look, azimuth=azimuth, elevation=elevation)
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
-        words = "orange where it lies outside of the mesh before, blue where inside"
+        words = "orange where it is outside of the mesh before, blue where it is inside"
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
-    within = f", within {tolerance:.4g} {spoken} pale green" if tolerance else ""
+    within = f", within {tolerance:.4g} {unit_name} pale green" if tolerance else ""
     bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
     coloring = COLORINGS["distance"]
     draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), in_unit(coloring.label, unit))
     scale = figure_of(
         bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
-        f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} {spoken}{within}.",
+        f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} {unit_name}{within}.",
         f"The colours of distances: orange outwards, blue inwards{within}",
     )
     return [*figures, scale]
@@ -234,14 +234,14 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
     meshes, distances = compared.meshes, compared.after_distance.at_vertices
     charts = [histogram("Distance from the mesh before", f"{unit}, outwards above 0", {"after": distances}, *ends)]
     if len(curvatures) == 2:
-        every = np.concatenate(list(curvatures.values()))
-        charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)))
-        edges = {  # of every side of every face: an inner edge counts twice
+        values = np.concatenate(list(curvatures.values()))
+        charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(values)))
+        edges = {  # the sides of all faces, so that an inner edge counts twice
             name: np.concatenate([edge_lengths(mesh.vertices, mesh.faces[:, [k, k - 1]]) for k in range(3)])
             for name, mesh in meshes.items()
         }
         charts.append(histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())))
-        del edges  # six lengths for every vertex of either mesh
+        del edges  # frees about six numbers for each vertex
         shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
         charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
     return [chart for chart in charts if chart is not None]

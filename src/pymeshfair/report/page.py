@@ -1,8 +1,8 @@
 """HTML pages that need no network: pictures, charts, sections and meshes are embedded, and only their own scripts may run.
 
 Parts of a page are macros in ``templates/parts.html``; `render` fills a template that imports them. The template engine escapes
-every text, so that the name of a scan cannot contain active HTML. Charts are SVG, with their numbers as a table beside them, for
-screen readers and searches.
+every text, so that the name of a scan cannot contain active HTML. Charts are SVG, each with a table of its numbers for screen
+readers and searches.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _SHORT = 120
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture within a page."""
+    """A picture in a page."""
 
     source: str  # the picture as a ``data:`` address
     alternative: str  # the alternative text (``alt``)
@@ -55,9 +55,9 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
 
 
 def render(template: str, /, *, scripts: Sequence[str] = VIEWER, sockets: bool = False, **values: Any) -> str:
-    """Fill a template, which extends ``page.html``; a variable that is missing is an error.
+    """Fill a template, which extends ``page.html``; a missing variable is an error.
 
-    The page holds these files of ``static/``, and may connect to nothing, or with `sockets` to its own server.
+    The page contains these `scripts` of ``static/``. It may not connect to any server; with `sockets`, only to its own.
     """
     static = importlib.resources.files(__package__) / "static"
     style, *texts = (Markup((static / name).read_text("utf-8")) for name in ("page.css", *scripts))
@@ -81,7 +81,7 @@ def _environment() -> Environment:
 
 
 def short(value: Any) -> str:
-    """The value of a parameter in at most 120 characters and an ellipsis."""
+    """The value of a parameter as text, cut to 120 characters and an ellipsis if it is longer."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
 
@@ -91,7 +91,7 @@ def short(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Plane:
-    """All places whose coordinate along an axis, 0, 1 or 2 for x, y or z, has one value, in mesh units."""
+    """A plane at right angles to an axis (0, 1 or 2 for x, y or z), at a coordinate in mesh units."""
 
     axis: int
     value: float
@@ -110,15 +110,15 @@ class Plane:
 
 
 def outline(mesh: MeshData, plane: Plane) -> Floats:
-    """(s, 2, 2) the segments in which a plane cuts the faces of a mesh; the other two coordinates, in the order of the axes.
+    """(s, 2, 2) the segments where a plane cuts the faces of a mesh, in the coordinates of the other two axes.
 
-    A vertex in the plane counts as above it, so that every face has no segment or one.
+    A vertex in the plane counts as above it, so that every face has at most one segment.
     """
     heights = mesh.vertices[:, plane.axis] - plane.value
     above = heights[mesh.faces] >= 0.0
     cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
     up = heights[cut] >= 0.0
-    # The corner that is alone on its side comes first: the plane cuts the two edges there.
+    # The corner that is alone on its side comes first, as the plane cuts the two edges at this corner.
     alone = np.where(up.sum(axis=1) == 1, up.argmax(axis=1), (~up).argmax(axis=1))
     first, *others = (cut[np.arange(len(cut)), (alone + k) % 3] for k in range(3))
     flat = np.delete(mesh.vertices, plane.axis, axis=1)
@@ -129,10 +129,10 @@ def outline(mesh: MeshData, plane: Plane) -> Floats:
     return np.stack(ends, axis=1)
 
 
-#: of a chart and of a section in their own units; a page scales them
+#: the sizes of a chart and of a section, in units that the page scales
 _WIDTH, _HEIGHT, _SECTION_HEIGHT, _MARGIN = 460, 220, 320, 16
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 450, 22, 184
-#: bars of a histogram
+#: the number of bars of a histogram
 _BARS = 48
 
 
@@ -141,10 +141,10 @@ class Chart:
     """The data for the template of a chart."""
 
     title: str  # the subject
-    summary: str  # the same in a sentence, for screen readers
-    across: str  # the quantity of the horizontal axis; that of the vertical one is percent
+    summary: str  # a sentence about the data, for screen readers
+    across: str  # the quantity of the horizontal axis; the vertical axis shows percent
     lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
-    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: where each is, and its words
+    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: the place and the text of each
     ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
     headers: tuple[str, ...]  # of the table
     rows: tuple[tuple[str, ...], ...]  # of the table
@@ -153,8 +153,8 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """The percent of each sample in bars from low to high, the numbers beyond in the outermost; None if all are empty."""
-    finite = {name: some for name, values in samples.items() if len(some := values[np.isfinite(values)])}
+    """A chart of each sample's percent in bars from low to high, the outermost with the values beyond; None if all are empty."""
+    finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
     edges = np.linspace(low, high, _BARS + 1)
@@ -177,7 +177,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
 
 
 def round_numbers(low: float, high: float, count: int) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about so many."""
+    """About `count` numbers from `low` to `high`: the multiples of 1, 2 or 5 times a power of ten."""
     rough = (high - low) / count
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * (1.0 - 1e-12))
@@ -194,9 +194,9 @@ def _upwards(y: float, most: float) -> float:
 
 
 def _steps(edges: Floats, values: Floats, most: float) -> str:
-    """The path along the tops of bars, which begins and ends at the bottom."""
-    low, *_, high = every = edges.tolist()
-    places = [_across(x, low, high) for x in every]
+    """The path along the tops of the bars; it begins and ends at the bottom of the chart."""
+    low, *_, high = bounds = edges.tolist()
+    places = [_across(x, low, high) for x in bounds]
     tops = zip(places[:-1], places[1:], values.tolist(), strict=True)
     path = "".join(f"L{left:g} {_upwards(y, most):g}H{right:g}" for left, right, y in tops)
     return f"M{places[0]:g} {_BOTTOM:g}{path}L{places[-1]:g} {_BOTTOM:g}"
@@ -206,22 +206,22 @@ def _steps(edges: Floats, values: Floats, most: float) -> str:
 class SectionChart:
     """The data for the template of a section."""
 
-    title: str  # which plane, and what goes to the right and upwards
+    title: str  # the plane, and the directions of the other two axes
     before: str  # the path of the outline of the first mesh
-    after: str  # that of the second
+    after: str  # the path of the outline of the second mesh
     bar: float  # the length of the scale bar in the picture
-    bar_words: str  # its length in mesh units, with the unit if there is one
+    bar_words: str  # the length of the scale bar on the scan, with the unit if there is one
 
     width, height = _WIDTH, _SECTION_HEIGHT
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart | None:
-    """The section of two meshes; None if the plane cuts neither. `unit` is that of the scan, or None."""
+    """The section of two meshes; None if the plane cuts neither. `unit` is the unit of the scan, or None."""
     outlines = [outline(mesh, plane) for mesh in meshes]
-    every = np.concatenate(outlines).reshape(-1, 2)
-    if not len(every):
+    points = np.concatenate(outlines).reshape(-1, 2)
+    if not len(points):
         return None
-    low, high = every.min(axis=0), every.max(axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
     room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
     scale = float((room / np.maximum(high - low, 1e-300)).min())
     right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]

@@ -1,8 +1,8 @@
-"""Meshes for the viewer in the browser: no more triangles than it can turn, packed as whole numbers of few bits and compressed.
+"""Meshes for the viewer in the browser: decimated, quantised and compressed.
 
-The viewer (``viewer.js``) reads the same layout back. A scene is a header in JSON and a body of bytes. Coordinates are whole
-numbers of 16 bits over the box of all meshes, normals two numbers of 12 bits on an octahedron [meyer2010], numbers for colours 8
-bits between their limits; of all of them the differences, by byte.
+The viewer (``viewer.js``) reads this layout. A scene is a header in JSON and a body of bytes. Coordinates are integers of 16 bits
+over the bounding box of all meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
+integers of 8 bits between their limits. The body holds the differences of these integers, byte by byte.
 """
 
 import base64
@@ -28,7 +28,7 @@ from ..mesh_data import MeshData
 MOST_FACES = 120_000
 #: the most points of a cloud in a browser
 MOST_POINTS = 200_000
-#: times the faces that are to remain: so many a grid leaves for the decimation
+#: the grid leaves this many times the final number of faces for the decimation
 _THINNED = 2
 
 
@@ -38,16 +38,16 @@ class Shown:
 
     name: str  # such as "before"
     vertices: Floats  # (n, 3) coordinates
-    elements: Ints  # (k, 3) triangles or (k, 2) edges; (0, 3) of a cloud
+    elements: Ints  # (k, 3) triangles or (k, 2) edges; (0, 3) for a cloud
     normals: Floats  # (n, 3) unit normals; 0 where there is none
-    scalars: Mapping[str, Floats]  # (n,) numbers by the name of their coloring
-    of_vertices: int  # how many vertices the mesh has
-    of_faces: int  # how many faces the mesh has
-    kept: Ints  # (n,) the vertex of the mesh whose normal and numbers each vertex has
+    scalars: Mapping[str, Floats]  # (n,) scalars by the name of their coloring
+    of_vertices: int  # the number of vertices of the whole mesh
+    of_faces: int  # the number of faces of the whole mesh
+    kept: Ints  # (n,) the vertex of the whole mesh that gives each vertex its normal and scalars
 
     @property
     def decimated(self) -> bool:
-        """Whether it has fewer elements than the mesh."""
+        """Whether the whole mesh has more vertices."""
         return len(self.vertices) < self.of_vertices
 
 
@@ -60,11 +60,11 @@ def shown_mesh(
     most_faces: int = MOST_FACES,
     most_points: int = MOST_POINTS,
 ) -> Shown:
-    """A mesh with at most so many elements: its faces, or else its edges, or the points of a cloud with normals of its own.
+    """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
 
-    Numbers and normals are those of the whole mesh: a vertex that remains has those of the nearest vertex of the whole. Of more
-    faces some are decimated by quadrics, of many more after a thinning on a grid; of more points evenly chosen ones are left out.
-    `like` is another mesh of the same vertices and faces, moved; what remains of it is what remains here.
+    A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud an even
+    sample is taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh. `like` is the same mesh
+    with moved vertices; its elements are kept.
     """
     vertices, faces = mesh.vertices, mesh.faces
     elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
@@ -75,69 +75,69 @@ def shown_mesh(
         points, elements, kept = _simplified(vertices, faces, most_faces)
     elif not len(elements) and len(vertices) > most_points:
         kept = np.linspace(0, len(vertices) - 1, most_points).astype(np.int32)
-    of = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
-    own = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
-    normals = (mesh_normals(vertices, faces) if len(faces) else own)[kept]
-    return Shown(name, vertices[kept] if points is None else points, elements, normals, of, len(vertices), len(faces), kept)
+    numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
+    file_normals = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
+    normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
+    return Shown(name, vertices[kept] if points is None else points, elements, normals, numbers, len(vertices), len(faces), kept)
 
 
 def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints, Ints]:
-    """Vertices and faces of a coarser mesh, and the nearest vertex of the whole to each of its own."""
+    """The vertices and faces of a coarser mesh, and for each of its vertices the nearest vertex of the whole mesh."""
     from fast_simplification import simplify
 
     middle = vertices.mean(axis=0)
-    local = vertices - middle  # it computes in single precision
+    local = vertices - middle  # as `simplify` computes in single precision
     thinned = _thinned(local, faces, _THINNED * most) if len(faces) > 2 * _THINNED * most else (local, faces)
     coarse, triangles = simplify(thinned[0].astype(np.float32), thinned[1].astype(np.int64), target_count=most)
     _, nearest = spatial.cKDTree(local).query(coarse)
     return coarse + middle, triangles.astype(np.int32), nearest.astype(np.int32)
 
 
-def _thinned(local: Floats, faces: Ints, about: int) -> tuple[Floats, Ints]:
-    """The mesh with the vertices of each cell of a grid as one, at their mean; about so many faces remain.
+def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
+    """The mesh with the vertices of each grid cell merged at their mean; about `target` faces remain.
 
-    Quadrics take time and keep memory by the face, a grid takes neither.
+    A grid needs little time and memory, while quadrics need both for every face.
     """
     areas = vector_lengths(cross_products(local, faces))
-    side = math.sqrt(float(areas.sum()) / about)  # two faces for a cell, each half a square
+    side = math.sqrt(float(areas.sum()) / target)  # a cell has two faces, each half of its square
     cells = np.floor(local / side).astype(np.int64) if side > 0.0 else np.arange(len(local))[:, None]
     cells -= cells.min(axis=0)
     key = np.ravel_multi_index(cells.T, cells.max(axis=0) + 1)
-    _, of = np.unique(key, return_inverse=True)
-    counts = np.bincount(of)
-    means = np.column_stack([np.bincount(of, local[:, k]) / counts for k in range(3)])
-    merged = of.astype(np.int32)[faces]
+    _, cell_of_vertex = np.unique(key, return_inverse=True)
+    counts = np.bincount(cell_of_vertex)
+    means = np.column_stack([np.bincount(cell_of_vertex, local[:, k]) / counts for k in range(3)])
+    merged = cell_of_vertex.astype(np.int32)[faces]
     return means, merged[proper_faces(merged)]
 
 
-#: the highest level of a coordinate, of a part of a normal, and of a number
+#: the largest integer of a coordinate, of a component of a normal, and of a scalar
 _PLACES, _DIRECTIONS, _LEVELS = 65535, 4095, 255
 
 
 @dataclass(frozen=True)
 class Marker:
-    """A place that the viewer shows with a ring and some words."""
+    """A place that the viewer shows with a ring and a label."""
 
     place: tuple[float, float, float]  # (x, y, z)
-    label: str  # the words
-    mesh: int = 1  # the number of the mesh that it belongs to
+    label: str  # its text
+    mesh: int = 1  # the number of its mesh
 
 
 @dataclass(frozen=True)
 class Scene:
     """The data of the viewer."""
 
-    header: dict[str, Any]  # the contents of the body and their places, in terms of JSON
-    body: bytes  # the bytes, compressed by zlib
+    header: dict[str, Any]  # a description of the body and of the view, in terms of JSON
+    body: bytes  # the arrays, compressed by zlib
 
     @property
     def text(self) -> str:
-        """The body in letters, for a page that holds everything."""
+        """The body in base64, for a page that contains it."""
         return base64.b64encode(self.body).decode("ascii")
 
     @property
     def message(self) -> bytes:
-        """Header and body as one message: the length of the header in four bytes, little end first, the header, the body."""
+        """Header and body as one message: the length of the header in four bytes (little-endian), the header, the body."""
         head = json.dumps(self.header).encode("utf-8")
         return len(head).to_bytes(4, "little") + head + self.body
 
@@ -152,11 +152,11 @@ def pack_scene(
     tolerance: float = 0.0,
     unit: str | None = None,
 ) -> Scene:
-    """Pack meshes, at least one with a vertex, that are seen from one camera.
+    """Pack meshes for one camera; at least one mesh must have a vertex.
 
-    `limits` are the ends of the colour bar by coloring, for every coloring that a mesh has numbers of; a tolerance above 0 is a
-    band in the colours of distances. `box` is the middle and half the side of the cube in which coordinates are kept, for scenes
-    that are to be shown together; points outside are moved to its sides. Without it, it is the least box of all meshes.
+    `limits` are the ends of the colour bar of each coloring for which a mesh has scalars; a `tolerance` above 0 is a band in the
+    colours of distances. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together share
+    it, and points outside are moved to its sides. By default it is the bounding cube of all meshes.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
@@ -182,7 +182,7 @@ def _least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
 
 
 def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limits], parts: list[bytes]) -> dict[str, Any]:
-    """Add the arrays of a mesh to the parts; their description."""
+    """Add the arrays of a mesh to `parts`; return their description."""
     places = np.rint(((mesh.vertices - centre) / half * 0.5 + 0.5) * _PLACES).clip(0, _PLACES).astype(np.uint16)
     arrays: list[tuple[str, NDArray[Any]]] = [
         ("positions", places),
@@ -206,13 +206,13 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
 
 
 def _planes(array: NDArray[Any]) -> bytes:
-    """The differences of whole numbers from row to row, first all the lowest bytes, then all the next ones."""
+    """The differences of integers from row to row: first all lowest bytes, then all next ones."""
     if not array.size:
         return b""
     table = array.reshape(len(array), -1)
     steps = np.diff(table, axis=0, prepend=np.zeros((1, table.shape[1]), dtype=table.dtype))
     if array.dtype == np.uint32:
-        # Corners of one triangle are near each other, so they follow each other; small steps back become small numbers.
+        # The corners of a triangle have similar numbers, so differences are along the rows; negative ones become small integers.
         flat = table.ravel()
         signed = np.diff(flat, prepend=np.uint32(0)).astype(np.int32)
         steps = ((signed << 1) ^ (signed >> 31)).astype(np.uint32)[:, None]
@@ -221,7 +221,7 @@ def _planes(array: NDArray[Any]) -> bytes:
 
 
 def _octahedral(normals: Floats) -> NDArray[np.uint16]:
-    """(n, 2) unit normals on the unfolded octahedron |x| + |y| + |z| = 1."""
+    """(n, 2) unit normals, projected onto the octahedron |x| + |y| + |z| = 1 and unfolded."""
     sizes = np.abs(normals).sum(axis=1, keepdims=True)
     flat = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0)
     x, y = flat[:, 0], flat[:, 1]
@@ -232,7 +232,7 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
 
 
 def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
-    """(n,) the place of each number between the limits, in 255 steps; the middle where there is no number."""
+    """(n,) integers from 0 to 255 for values between the limits; the middle for a value that is no number."""
     low, high = limits
     shares = np.full(len(values), 0.5)
     if high > low:
@@ -242,7 +242,7 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
-    """The ends and 256 colours of a coloring."""
+    """The ends of a coloring's colour bar, and its 256 colours."""
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
     if not limits.high > limits.low:
         limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)

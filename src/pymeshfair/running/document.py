@@ -1,6 +1,6 @@
-"""The layers of a run: meshes by the ids that MeshLab would give them, and the steps that change them.
+"""The layers of a run, numbered as in MeshLab, and the steps that change them.
 
-A plugin's filter makes the next mesh of the current one. MeshLab's work behind the door, which keeps meshes from step to step.
+A plugin's filter returns an edit of the current mesh. MeshLab's filters run behind the door, which keeps meshes between steps.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 
 class State(NamedTuple):
-    """The layers of a document at one time."""
+    """A snapshot of the layers of a document."""
 
     meshes: Mapping[int, MeshData]  # by id
-    visible: Mapping[int, bool]  # whether each is, by id
-    current_id: int | None  # of the current layer; None if there is none
-    next_id: int  # that of the next layer
-    losses: Sequence[str]  # contents that MeshLab did not take so far
+    visible: Mapping[int, bool]  # whether each layer is visible, by id
+    current_id: int | None  # id of the current layer; None without layers
+    next_id: int  # id of the next layer that is added
+    losses: Sequence[str]  # contents that MeshLab could not take, one text each
 
 
 class Document:
-    """Meshes by id."""
+    """The layers of a run."""
 
     def __init__(
         self,
@@ -42,21 +42,21 @@ class Document:
         on_progress: Callable[[float], None] | None = None,
         on_note: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """`folder` takes the files for MeshLab, and `on_progress` may raise to stop a filter."""
+        """Files for MeshLab are written to `folder`; `on_progress` may raise to stop a filter."""
         self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
-        self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
+        self._meshes: dict[int, MeshData | None] = {}  # None: the door holds it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
-        self._door: Door  # since layers were handed over
-        self._is_inside = False
-        self.current_id: int | None = None  # of the current layer; None if there is none
-        self.losses: list[str] = []  # contents that MeshLab did not take, in words
+        self._door: Door  # set by the first step of MeshLab's
+        self._door_is_current = False  # whether the door has the layers as they are now
+        self.current_id: int | None = None  # id of the current layer; None without layers
+        self.losses: list[str] = []  # contents that MeshLab could not take, one text each
 
     def add(self, mesh: MeshData) -> int:
-        """Add a layer, which becomes the current one; its id."""
+        """Add a layer, make it the current one, and return its id."""
         number, self._next_id = self._next_id, self._next_id + 1
         self._meshes[number], self._visible[number] = mesh, True
-        self._is_inside = False
+        self._door_is_current = False
         self.current_id = number
         return number
 
@@ -67,16 +67,16 @@ class Document:
 
     @property
     def state(self) -> State | None:
-        """The layers as they are; None while MeshLab has one of them."""
+        """A snapshot of the layers; None while the door holds one of them."""
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None
         return State(meshes, self._visible.copy(), self.current_id, self._next_id, self.losses.copy())
 
     def restore(self, state: State) -> None:
-        """Take the layers of another time."""
+        """Replace the layers by those of a snapshot."""
         meshes, visible, self.current_id, self._next_id, losses = state
-        self._meshes, self._visible, self.losses, self._is_inside = {**meshes}, {**visible}, [*losses], False
+        self._meshes, self._visible, self.losses, self._door_is_current = {**meshes}, {**visible}, [*losses], False
 
     def mesh(self, number: int) -> MeshData:
         """The mesh of a layer."""
@@ -94,17 +94,17 @@ class Document:
         return self.mesh(self.current_id)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Apply a step of a script; all values that it ran with, by name, lengths in mesh units; what its filter reports."""
+        """Apply a step; return its parameters, with lengths in mesh units, and the values that its filter reports, by name."""
         if step.filter.arity is not Arity.NONE and self.current_id is None:
-            raise MeshError("there is no mesh that it could be applied to")
+            raise MeshError("there is no mesh to apply it to")
         for name, number in step.filter.layers(step.values).items():
             self._check_layer(number, f"parameter {name!r}: ")
         return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)
 
     def _check_layer(self, number: int, before: str = "") -> None:
         if number not in self._meshes:
-            there = ", ".join(map(str, self._meshes)) or "none"
-            raise MeshError(f"{before}there is no layer {number} (there are {there})")
+            ids = ", ".join(map(str, self._meshes)) or "none"
+            raise MeshError(f"{before}there is no layer {number} (there are {ids})")
 
     def _apply_plugin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         mesh = MeshData(vertices=np.empty((0, 3))) if self.current_id is None else self.current
@@ -116,7 +116,7 @@ class Document:
             changed = apply_edit(mesh, edit)
             if changed is not mesh:
                 self._meshes[self.current_id] = changed
-                self._is_inside = False
+                self._door_is_current = False
         before = self.current_id
         added = [self.add(as_layer(new)) for new in edit.new_layers]
         self.current_id = added[0] if added else before
@@ -125,14 +125,14 @@ class Document:
         return parameters, dict(edit.values)
 
     def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        if not self._is_inside:
+        if not self._door_is_current:
             load_pymeshlab()
             from ..door import Door
 
             meshes = {number: self.mesh(number) for number in self._meshes}
             self._door = Door(self._folder, meshes, self._visible, self.current_id)
             self.losses += self._door.lost
-            self._is_inside = True
+            self._door_is_current = True
         try:
             return self._door.apply(step)
         finally:

@@ -1,6 +1,6 @@
-"""The guards of a run that a result breaks: where, and by how much.
+"""Checks a result against the limits of a run; each breach has its place and its amount.
 
-Whether it can be printed is seen on the written file, read back as a slicer reads it: equal points merged, triangles alone.
+The check for printing reads the written file as a slicer does: it merges equal points and sees only triangles.
 """
 
 from collections.abc import Iterator
@@ -24,12 +24,12 @@ from .shape_change import Moved, Origins, ShapeChange
 
 @dataclass(frozen=True)
 class Breach:
-    """One guard that was broken."""
+    """One broken limit."""
 
-    guard: str  # its name
+    guard: str  # the name of the limit
     message: str  # the breach, its place, and the allowed amount
-    vertex: int | None = None  # the vertex of the result that it happened at; None if it concerns the whole
-    place: tuple[float, ...] | None = None  # (x, y, z) of that vertex
+    vertex: int | None = None  # the vertex of the result that breaks the limit; None if the breach has no single vertex
+    place: tuple[float, ...] | None = None  # (x, y, z) of that vertex, or the middle of the largest faulty place
     amount: float | None = None  # the measured amount; None if it could not be measured
     allowed: float | None = None  # the allowed amount, in the same unit
 
@@ -37,7 +37,7 @@ class Breach:
 def breaches(
     guards: Guards, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh, unit: str | None
 ) -> list[Breach]:
-    """The guards that a result breaks; none without measures, where there can be no limits."""
+    """The limits that a result breaks; none without measures, as a run without measures has no limits."""
     if before.measures is None or after.measures is None or change is None:
         return []
     broken: list[Breach] = []
@@ -54,31 +54,31 @@ def breaches(
         old, new = (sharp_edges(mesh.vertices, mesh.faces) for mesh in (before.mesh, after.mesh))
         kept, least = share_kept(old, new, within=before.resolution()), guards.keep_sharp
         if kept is not None and 100.0 * kept < least:
-            what = f"of the length of the edges sharper than {SHARP:g} degrees are kept, not {least:g} %"
-            broken.append(Breach("keep_sharp", f"{100.0 * kept:.4g} % {what}", amount=100.0 * kept, allowed=least))
+            text = f"of the length of the edges sharper than {SHARP:g} degrees are kept, not {least:g} %"
+            broken.append(Breach("keep_sharp", f"{100.0 * kept:.4g} % {text}", amount=100.0 * kept, allowed=least))
     return broken
 
 
 def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_text: str, unit: str) -> Iterator[Breach]:
-    # Added vertices have not moved. Where vertices could not be followed, their distances from the surface count.
+    # Added vertices have no displacement. If vertices could not be followed, their distances from the input's surface count.
     if moved is None or not moved.largest > limit:
         return
     others = int((origins.displaced[1] > limit).sum()) - 1
     x, y, z = moved.place
     number = origins.vertices[moved.vertex]
-    named = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
+    vertex = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
     verb = "has moved by" if moved.same else "lies away from the input by"
-    alone = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
-    allowed = f"{limit!r}{unit}" if alone else f"{limit_text} = {limit:.6g}{unit}"
+    is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
+    allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.6g}{unit}"
     more = f"; so do {others:,} others" if others else ""
-    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
+    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 
 def _volume(before: float | None, after: float | None, limit: float) -> Iterator[Breach]:
     if before is None or after is None:
         side = "the input" if before is None else "the result"
-        yield Breach("max_volume_change", f"{side} is not closed and oriented, so it has no volume that could be compared")
+        yield Breach("max_volume_change", f"{side} is not closed and oriented, so it has no volume to compare")
         return
     change = 100.0 * (after - before) / abs(before) if before else float("inf") if after else 0.0
     if abs(change) > limit:
@@ -87,7 +87,7 @@ def _volume(before: float | None, after: float | None, limit: float) -> Iterator
 
 
 def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> Iterator[Breach]:
-    """The breach of one requirement; what is printable is seen on the written file, see `print_faults`."""
+    """The breach of one requirement; `print_faults` checks "printable" on the written file."""
     if word == "watertight" and not measures.closed:
         count = measures.border_edges
         yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
@@ -98,37 +98,37 @@ def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> It
         if edges or vertices:
             text = f"the result has {edges:,} non-manifold edges and {vertices:,} non-manifold vertices"
             yield Breach("require", text, amount=edges + vertices, allowed=0)
-    elif number is not None and (own := getattr(measures, word)) != number:
-        has = "no genus" if own is None else f"{word} {own}"
-        yield Breach("require", f"the result has {has}, not {number}", amount=own, allowed=number)
+    elif number is not None and (measured := getattr(measures, word)) != number:
+        text = "no genus" if measured is None else f"{word} {measured}"
+        yield Breach("require", f"the result has {text}, not {number}", amount=measured, allowed=number)
 
 
-PRINTABLE = "printable"  # the word of `require` that asks for this
-_PLACES = 3  # so many places of one kind are named
+PRINTABLE = "printable"  # the requirement that `print_faults` checks
+_PLACES = 3  # the most places that a message names
 
 
 def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
-    """Faults by which a slicer cannot tell inside from outside: borders, edges of many faces, faces turned over or cut.
+    """Faults that keep a slicer from telling inside from outside: borders, non-manifold edges, flipped or intersecting faces.
 
-    `folder` takes files for MeshLab, which looks for the cuts; None for MeshLab in a process of its own, which it may end (a
-    `RunError`). A `wrapped` mesh is not mended by another wrap.
+    MeshLab finds the intersecting faces, with its files in `folder`. If `folder` is None, MeshLab runs in a process of its own,
+    and a crash there raises `RunError`. For a `wrapped` mesh the advice is not to wrap it.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
     measures = surface_measures(vertices, faces)
-    # Collapsed faces count, as for a slicer.
+    # Degenerate faces count, as a slicer sees them too.
     sides = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    ends, which, counts = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
-    upwards = np.bincount(which.ravel(), weights=sides[:, 0] < sides[:, 1], minlength=len(ends))
+    ends, edge_of_side, counts = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    upwards = np.bincount(edge_of_side.ravel(), weights=sides[:, 0] < sides[:, 1], minlength=len(ends))
     same_way = (upwards == 0) | (upwards == counts)
     wrong_edges = {
         "border edges": counts == 1,
         "edges with more than two faces": counts > 2,
         "edges whose two faces look to different sides": same_way & (counts == 2),
     }
-    for what, wrong in wrong_edges.items():
+    for kind, wrong in wrong_edges.items():
         if wrong.any():
-            yield _fault(what, int(wrong.sum()), vertices, ends[wrong])
+            yield _fault(kind, int(wrong.sum()), vertices, ends[wrong])
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
         touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
         yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
@@ -138,12 +138,12 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
     cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)
     if cuts.any():
         fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
-        way = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
-        yield replace(fault, message=f"{fault.message}; mend these places, or {way}")
+        remedy = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
+        yield replace(fault, message=f"{fault.message}; mend these places, or {remedy}")
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
-    """The thickness of the walls of a closed mesh in words, with the thinnest place; empty if no walls face each other."""
+    """A sentence on the wall thickness of a closed mesh and its thinnest place; empty if no walls face each other."""
     from ..filters.inspection import wall_thickness
 
     if not len(mesh.faces):
@@ -152,29 +152,30 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
     thinnest = int(walls.values.argmin())
     if not np.isfinite(walls.values[thinnest]):
         return ""
-    of = f" {unit}" if unit else ""
+    suffix = f" {unit}" if unit else ""
     place = ", ".join(f"{c:.6g}" for c in walls.places[thinnest])
     return (
-        f"walls: half of the area is thicker than {walls.below(0.5):.4g}{of}, 1 % is thinner than {walls.below(0.01):.4g}{of}, "
-        f"the thinnest place is {walls.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
+        f"walls: half of the area is thicker than {walls.below(0.5):.4g}{suffix}, "
+        f"1 % is thinner than {walls.below(0.01):.4g}{suffix}, "
+        f"the thinnest place is {walls.values[thinnest]:.4g}{suffix} at {place}; thin walls are kept as they are"
     )
 
 
 def wrap_words(scan: MeshData, wrap: MeshData) -> str:
-    """The share of the area of a scan that a wrap has closed in: over twice as deep as the wrap is away from it."""
+    """A sentence on the share of a scan's area inside a wrap: faces deeper than twice the wrap's mean distance from the scan."""
     from ..filters.inspection import Surface
 
     if not len(scan.faces):
         return ""
     areas = vector_lengths(cross_products(scan.vertices, scan.faces))
-    away = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
+    mean_distance = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
     depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(scan.vertices[scan.faces].mean(axis=1)).signed)
-    share = areas[depths > 2.0 * away].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
+    share = areas[depths > 2.0 * mean_distance].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
     return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
 
 
-def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
-    """The fault of (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
+def _fault(kind: str, count: int, vertices: Floats, cells: Ints) -> Breach:
+    """The breach by (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of their largest connected groups."""
     n = len(vertices)
     ends = np.concatenate([cells[:, [0, -1]], cells[:, [0, len(cells[0]) // 2]]])
     links = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
@@ -184,5 +185,5 @@ def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
     around = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
     more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
-    text = f"the written file has {count:,} {what}, around {around}{more}"
+    text = f"the written file has {count:,} {kind}, around {around}{more}"
     return Breach("require", text, place=tuple(middles[0]), amount=count, allowed=0)

@@ -1,4 +1,4 @@
-"""The input of a run, its events, the report of its work, and the result and the provenance document that are made of it."""
+"""The data of a run: its job, its events, the worker's report, the result, and the provenance document."""
 
 from __future__ import annotations
 
@@ -29,29 +29,28 @@ class Job:
     recipe: Recipe  # the steps, overrides included
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
-    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ... that the recipe names; the input stays the current one
-    #: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if it is, to the
-    #: byte, what the same run wrote there before: from the same input, with the same recipe and settings.
+    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, and the current one
+    #: replace any existing `output`, even the input. Otherwise an existing file is replaced only if the same run wrote it (same
+    #: input, recipe and settings), and no byte of it has changed since.
     overwrite: bool = False
     timeout: float | None = None  # seconds from start to end, or None
-    memory_limit: int | None = None  # bytes that the worker may take, as far as the system can hold it; None: a share of all
+    memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: a share of the memory
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
-    unchecked: bool = False  # let MeshLab read formats that are not checked before
-    keep_all: bool = False  # fail if anything of the input, or of the result, is not in the output
-    threads: int | None = None  # that a filter may use; None means all processors, or what OMP_NUM_THREADS says
-    overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record
-    command: tuple[str, ...] = ()  # the command line that asked for the run, for the record alone
-    guards: Guards = NO_GUARDS  # limits over those of the recipe
-    keep_broken: bool = False  # write the output even if a guard was broken
+    unchecked: bool = False  # let MeshLab read formats that pymeshfair cannot check
+    keep_all: bool = False  # fail if the output lacks anything of the input or of the result
+    threads: int | None = None  # the most threads that a filter may use; None: OMP_NUM_THREADS, or all processors
+    overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that changed the recipe, for the record
+    command: tuple[str, ...] = ()  # the command line of the run, for the record
+    guards: Guards = NO_GUARDS  # limits, which override those of the recipe
+    keep_broken: bool = False  # write the output even if a limit is broken
     map: Path | None = None  # the .ply file for the intervention map, or None
-    map_tolerance: Length | None = None  # vertices that moved by no more count as kept there; None: only those that did not
-    #: put the output's name before the names of its textures, so that runs side by side into one folder do not ask for the same
+    map_tolerance: Length | None = None  # in the map, vertices that moved by at most this count as kept; None: 0
+    #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
-    measures: bool = True  # measure the mesh before and after; without, there are no limits and nothing to compare
-    unit: str | None = (
-        None  # of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: that of its file, or of the recipe
-    )
+    measures: bool = True  # measure the mesh before and after, which limits and comparison need
+    #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
+    unit: str | None = None
 
     @property
     def made_from(self) -> MadeFrom:
@@ -65,28 +64,28 @@ class Job:
 
     @property
     def all_guards(self) -> Guards:
-        """The limits of the recipe and of the job, as they were given."""
+        """The limits of the recipe, overridden by those of the job, in their own units."""
         return self.recipe.script.guards.overridden(self.guards)
 
     def unit_of(self, file_unit: str | None) -> str | None:
-        """The unit of the scan, given that of its file; None without any."""
+        """The unit of the scan, given the unit in its file; None if it is not known."""
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
     def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
-        """The warning where the recipe is for another unit than that of the scan, given that of its file."""
-        unit, meant = self.unit_of(file_unit), self.recipe.script.unit
-        if not meant or meant == unit:
+        """A warning if the recipe is for another unit than the scan's, given the unit in the scan's file."""
+        unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
+        if not recipe_unit or recipe_unit == unit:
             return ()
-        return (f"the recipe is for scans in {meant}, and this one is in {unit}: its plain numbers mean {unit}",)
+        return (f"the recipe is for scans in {recipe_unit}, and this one is in {unit}: its plain numbers mean {unit}",)
 
     def check_unit(self) -> None:
-        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read."""
+        """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can hold it."""
         unit, kind = self.unit_of(None), READABLE.get(extension(self.input))
         if kind is None or not kind.has_unit:
             self.lengths_in(unit)
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
-        """The limits, and the tolerance of the map, on a scan in that unit."""
+        """The limits and the map's tolerance, with units converted for a scan in this unit."""
         return self.all_guards.in_mesh_units(unit), (self.map_tolerance or Length(0.0)).in_mesh_units(unit)
 
 
@@ -124,20 +123,20 @@ class StepFinished:
 
 @dataclass(frozen=True)
 class Message:
-    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``)."""
+    """A message for the user, from a filter (``"info"``) or about something that the run could not keep (``"warning"``)."""
 
     text: str  # a sentence
     level: Literal["info", "warning"] = "info"
-    step: int = 0  # the number of the step that it is about, 0 if it is about none; words may arrive after the step has ended
+    step: int = 0  # the number of its step, 0 for none; the message may arrive after the step has ended
 
 
 @dataclass(frozen=True)
 class Compiling:
-    """Filters are compiled for this machine; until then what else goes on stands still."""
+    """Kernels are compiled for this machine; everything else waits."""
 
-    kernels: int  # how many functions were compiled, the one in work among them
-    seconds: float  # how long that has taken so far
-    is_going_on: bool  # whether one is in work
+    kernels: int  # the number of kernels so far, including the one that is being compiled
+    seconds: float  # the time for these so far
+    is_going_on: bool  # whether a kernel is being compiled
 
 
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
@@ -151,9 +150,9 @@ class StepReport:
     filter: str  # MeshLab's name of the filter
     python_name: str  # its name in Python
     seconds: float  # how long it took
-    parameters: Mapping[str, Any] = field(default_factory=dict)  # all with the values that they had; lengths in mesh units
-    values: Mapping[str, Any] = field(default_factory=dict)  # those that the filter reported
-    messages: tuple[str, ...] = ()  # those of the filter
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # the values of all parameters; lengths in mesh units
+    values: Mapping[str, Any] = field(default_factory=dict)  # the values that the filter reported
+    messages: tuple[str, ...] = ()  # the messages of the filter
 
 
 @dataclass(frozen=True)
@@ -161,24 +160,24 @@ class RunResult:
     """The result of a run."""
 
     output: Path  # the file that was written
-    provenance: Path  # the file beside it that says how it came about
-    side_files: tuple[Path, ...]  # textures and material files that belong to the output, as far as they were written
-    #: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). This and the next two
-    #: are empty if the job wanted no measures.
+    provenance: Path  # the provenance document beside it
+    side_files: tuple[Path, ...]  # textures and material files of the output that were written
+    #: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). Without measures,
+    #: `before`, `after` and `change` are empty.
     before: Mapping[str, Any]
     after: Mapping[str, Any]  # the measures of the mesh as written
     change: Mapping[str, Any]  # of the shape, `pymeshfair.running.shape_change.ShapeChange` by name
     steps: tuple[StepReport, ...]  # one report a step
-    warnings: tuple[str, ...]  # everything that was in the input and is not in the output, or needs to be known about it
+    warnings: tuple[str, ...]  # about everything that the output lacks of the input, and what else the user needs to know
     seconds: float  # from start to end
-    peak_memory: int | None  # bytes that the worker took at most, or None where the system does not say
+    peak_memory: int | None  # the most bytes that the worker used; None where the system does not measure it
     breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each a `pymeshfair.running.guarding.Breach` by name
     maps: tuple[Path, ...] = ()  # the files of the intervention map
-    unit: str | None = None  # of the lengths in all of these; None if it is not known
+    unit: str | None = None  # the unit of all lengths above; None if it is not known
 
     @classmethod
     def of(cls, job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
-        """The result of a job, from the document that it has written."""
+        """The result of a job, from its provenance document."""
         measures, run = record["measures"], record["run"]
         return cls(
             output=job.output,
@@ -205,28 +204,28 @@ class RunResult:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The provenance document, read from its file; empty if that is gone."""
+        """The provenance document, read from its file; empty without the file."""
         return read_provenance(self.output) or {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """The results of the work of a run. All mappings are in terms of JSON, as in the provenance document."""
+    """A worker's report of a run. All mappings hold values of JSON, as in the provenance document."""
 
-    input: Mapping[str, Any]  # which files were read
-    #: which file was written, with its side files; None if a limit was broken and nothing was written
+    input: Mapping[str, Any]  # the files that were read
+    #: the file that was written, with its side files; None if a limit was broken and nothing was written
     output: Mapping[str, Any] | None = None
     steps: tuple[StepReport, ...]  # one for each step
     staged: tuple[StagedFile, ...] = ()  # the output and its side files in the staging folder
-    before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if none are wanted. So the next two.
-    after: Mapping[str, Any] | None = None  # those of the mesh as written
-    change: Mapping[str, Any] | None = None  # of the shape between them
-    traits: Mapping[str, Any] = field(default_factory=dict)  # those of the scan that the recipe asked for
+    before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if the job wants no measures
+    after: Mapping[str, Any] | None = None  # the measures of the mesh as written, or None
+    change: Mapping[str, Any] | None = None  # the change of shape between these two, or None
+    traits: Mapping[str, Any] = field(default_factory=dict)  # the traits of the scan that the recipe asked for
     warnings: tuple[str, ...] = ()  # for the user
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
     maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder
-    tiles: Mapping[str, Any] | None = None  # how the work was cut; None if it was done in one piece
-    peak_memory: int | None = None  # bytes that it took at most; None where the system does not measure that
+    tiles: Mapping[str, Any] | None = None  # the tiles of the run; None if it was done in one piece
+    peak_memory: int | None = None  # the most bytes that the worker used; None where the system does not measure it
 
     def record(self, job: Job, *, started: datetime, seconds: float) -> dict[str, Any]:
         """The provenance document of a finished run."""
@@ -280,23 +279,23 @@ class Report:
         }
 
 
-#: the entries of a step in the record that its report has alike
+#: the entries of a step in the record that are fields of its report under the same names
 _OF_STEP = ("number", "filter", "python_name", "parameters", "values")
 
 
 def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
-    """The reports of all steps, from a provenance document."""
+    """The reports of all steps in a provenance document."""
     return tuple(
         StepReport(**{name: step[name] for name in _OF_STEP}, seconds=seconds, messages=tuple(step["messages"]))
         for step, seconds in zip(record["steps"], record["run"]["step_seconds"], strict=True)
     )
 
 
-LONGEST_LIST = 64  # arrays of more numbers are described, not listed
+LONGEST_LIST = 64  # of a larger array only the shape is given
 
 
 def plain(value: Any) -> Any:
-    """The value as numbers, texts, lists and dictionaries; numbers that are not finite become the texts nan, inf and -inf."""
+    """The value in terms of JSON; non-finite numbers become the texts nan, inf and -inf."""
     match value:
         case None | bool() | int() | str():
             return value
@@ -313,7 +312,7 @@ def plain(value: Any) -> Any:
             return {str(k): plain(v) for k, v in value.items()}
         case list() | tuple() | set() | frozenset():
             return [plain(v) for v in value]
-    for names in (("value",), ("red", "green", "blue", "alpha"), ("min", "max")):  # a length, a colour, a box of pymeshlab's
+    for names in (("value",), ("red", "green", "blue", "alpha"), ("min", "max")):  # pymeshlab's length, colour, box
         if all(callable(getattr(value, name, None)) for name in names):
             values = [plain(getattr(value, name)()) for name in names]
             return values[0] if len(values) == 1 else values

@@ -1,6 +1,6 @@
-"""Measures of a mesh: before and after the steps of a run, or its size alone; and the faces that cut others.
+"""Measures a mesh, and finds its self-intersecting faces.
 
-MeshLab finds these. It ends the process on some meshes, so that a process of its own looks for them, but at the end of a run.
+MeshLab finds these faces. It crashes on some meshes, so it runs in a process of its own, except in the worker of a run.
 """
 
 import tempfile
@@ -26,7 +26,7 @@ from ..scripts.script import Step
 from .document import Document
 from .job import plain
 
-_SOME = 10_000  # faces that a usual length is found from
+_SAMPLE = 10_000  # about the number of faces that `usual_edge` looks at
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +34,10 @@ class MeasuredMesh:
     """A mesh and its measures."""
 
     mesh: MeshData
-    measures: SurfaceMeasures | None  # None if none are wanted; so the connectivity
-    connectivity: Connectivity | None
+    measures: SurfaceMeasures | None  # None if they are not wanted
+    connectivity: Connectivity | None  # None if no measures are wanted
     diagonal: float  # of the bounding box of all vertices
-    #: gives the mean edge, or for a cloud the mean distance of nearest points; 0 if there is neither
-    resolution: Callable[[], float]
+    resolution: Callable[[], float]  # returns the mean edge length; for a cloud the mean distance of nearest points; else 0
 
     @property
     def described(self) -> dict[str, Any] | None:
@@ -47,7 +46,7 @@ class MeasuredMesh:
 
 
 def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None = None) -> MeasuredMesh:
-    """Measure a mesh, without `wanted` its diagonal alone; the connectivity of a former one is taken over if it is the same."""
+    """Measure a mesh, or only its diagonal if not `wanted`; the connectivity of `former` is reused if the faces are the same."""
     if not wanted:
         return MeasuredMesh(mesh, None, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
     measures, connectivity = measures_and_connectivity(
@@ -58,16 +57,16 @@ def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None 
 
 
 def usual_edge(mesh: MeshData) -> float:
-    """About the mean edge, from some thousands of faces, or the mean distance of points: what coordinates must tell apart."""
+    """The length that coordinates must resolve: the mean edge, from a sample of faces, or the mean distance of points."""
     if not len(mesh.faces):
         return mesh.mean_edge
-    faces = mesh.faces[:: max(1, len(mesh.faces) // _SOME)]
+    faces = mesh.faces[:: max(1, len(mesh.faces) // _SAMPLE)]
     return float(vector_lengths(mesh.vertices[faces[:, 0]] - mesh.vertices[faces[:, 1]]).mean())
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
-    """(m,) the faces that cut others, about the middle, where MeshLab's tests have all their digits; in this process."""
-    proper = proper_faces(mesh.faces)  # MeshLab drops the others, which cut nothing
+    """(m,) the faces that cut others, found in this process; the mesh is centred, as MeshLab's tests lose digits far away."""
+    proper = proper_faces(mesh.faces)  # MeshLab drops degenerate faces, which cut nothing
     if not proper.any():
         return proper
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
@@ -80,11 +79,11 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:
-    """The same in a process of its own, which MeshLab may end."""
+    """(m,) the faces that cut others, found in a process of its own, as MeshLab may crash."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))
     if answer.error is not None:
-        raise RunError(f"MeshLab did not look for faces that cut others: {answer.error}") from answer.error
+        raise RunError(f"MeshLab's search for faces that cut others failed: {answer.error}") from answer.error
     faces: Bools = answer.result
     return faces

@@ -1,4 +1,4 @@
-"""Reads a mesh file and measures it, its spectrum too, for commands that look at meshes and change none."""
+"""Reads and measures mesh files for commands that change none, and runs steps on them for the values that these report."""
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
 from .supervise import run_job
 
-#: vertices of a mesh beyond which MeshLab's search for faces that cut others takes as long as all the rest of a report
+#: the number of vertices above which MeshLab's search for faces that cut others takes as long as the rest of a report
 MOST_CUTS = 200_000
 
 
@@ -30,32 +30,32 @@ class ReadMesh:
     """A mesh file that was read."""
 
     path: Path
-    mesh: MeshData  # the mesh in it
-    measured: MeasuredMesh
+    mesh: MeshData
+    measured: MeasuredMesh  # the mesh with its measures
     warnings: tuple[str, ...]  # about the file
-    self_intersecting: Bools | None = None  # (m,) which faces cut others; None if they were not looked for, or MeshLab crashed
+    self_intersecting: Bools | None = None  # (m,) which faces cut others; None without a search, or if MeshLab crashed
 
     @property
     def measures(self) -> dict[str, Any]:
-        """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
+        """The measures by name, see `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`."""
         return self.measured.described or {}
 
     def traits(self) -> dict[str, Any]:
-        """Measure what recipes ask of a scan, see `pymeshfair.running.suitability.traits_of`."""
+        """Measure the traits that recipes ask for, see `pymeshfair.running.suitability.traits_of`."""
         return dict(plain(traits_of(self.measured)))
 
 
 def read_mesh(
     path: Path, *, self_intersections: bool | None = False, allow_outside: bool = False, unchecked: bool = False
 ) -> ReadMesh:
-    """Read and measure a mesh file, which may be `allow_outside` and `unchecked` as that of a `Job`.
+    """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
-    With `self_intersections` the faces that cut others are found, too, by MeshLab in a process of its own; if it crashes over
-    that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
+    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None means
+    in meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
 
     Raises:
-        InputError: it cannot be read.
-        RunError: MeshLab crashed on it.
+        InputError: the file cannot be read.
+        RunError: MeshLab crashed while it read the file.
     """
     path = Path(path).absolute()
     if unchecked and extension(path) in UNCHECKED:
@@ -81,7 +81,7 @@ def read_mesh(
 
 
 def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[str, Any]:
-    """What ``pymeshfair info`` says of a mesh file: its measures by name, and more, as docs/documents.md has it."""
+    """The document of ``pymeshfair info`` on a mesh file: its measures and more, see docs/documents.md."""
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 
@@ -111,7 +111,7 @@ def reported_values(
     timeout: float | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> dict[str, Any]:
-    """The values that a filter of that Python name reports on a mesh file, with these parameters; the file stays as it is."""
+    """The values that a filter, given by its Python name, reports on a mesh file with these parameters; no file changes."""
     script = Script((Step(find_filter(filter)).with_values(values),))
     with tempfile.TemporaryDirectory() as folder:
         job = Job(Recipe(filter, script), mesh, Path(folder) / "result.ply", timeout=timeout, measures=False)
@@ -119,15 +119,15 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """By step, the relative lengths of a script in mesh units, by parameter, on the mesh that it meets; steps are run for it."""
+    """For each step its relative lengths in mesh units, by parameter; the steps are run on the mesh file to find them."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
-    done: Sequence[StepReport] = ()
+    reports: Sequence[StepReport] = ()
     if count:
         with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
             first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
-            done = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
-    made = [
-        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, done, strict=False)
+            reports = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
+    lengths = [
+        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, reports, strict=False)
     ]
-    return [*made, *({} for _ in steps[count:])]
+    return [*lengths, *({} for _ in steps[count:])]

@@ -35,7 +35,7 @@ from .supervise import mark
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 
-#: the measures of a mesh, the traits that a recipe asks for, and the warning if it is not for such a scan
+#: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit them
 _Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
 
@@ -46,28 +46,28 @@ class Outcome:
     before: MeasuredMesh  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a matrix
     steps: tuple[StepReport, ...]  # the report of each step
-    traits: Mapping[str, Any]  # those of the scan that the recipe asked for
+    traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
 
 
 class Earlier:
-    """Measures and intermediate states of earlier runs on one mesh: after a change of a later step only that step runs again.
+    """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    So many states of the mesh are kept, the ones used last.
+    It keeps the measures of the mesh, and the layers after some steps: the `states` entries that were used last.
     """
 
     def __init__(self, states: int = 8) -> None:
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
-        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # the one used last is the last
+        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # least recently used first
 
     def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
-        """The measures of the mesh for a recipe of this head."""
+        """The measures of the mesh; `measure` is called only if the head of the recipe has changed."""
         if self._measured is None or self._measured[0] != info:
             self._measured = info, measure()
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
-        """The layers after as many of the steps as are kept, and the reports of these steps."""
+        """The layers after as many of the first steps as are kept, and the reports of these; None and () if none are."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, ()
@@ -76,9 +76,9 @@ class Earlier:
         self.keep(*entry)
         return entry[1:]
 
-    def keep(self, steps: tuple[Step, ...], state: State, done: tuple[StepReport, ...]) -> None:
-        """Keep the layers after some steps."""
-        self._kept.append((steps, state, done))
+    def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...]) -> None:
+        """Keep the layers after some steps, and the reports of these steps."""
+        self._kept.append((steps, state, reports))
         del self._kept[: -self._states or None]
 
 
@@ -86,22 +86,22 @@ class Session:
     """One run in this process."""
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
-        """The paths of the job are absolute, and `new` in the staging folder takes what is written."""
-        self.warnings: list[str] = []  # those so far
+        """The paths of the job must be absolute; new files are written to the folder `new` of the staging folder."""
+        self.warnings: list[str] = []  # the warnings so far
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
-        self._number, self._told = 0, 0.0
+        self._number, self._last_progress = 0, 0.0  # of the current step; 0 between steps
         self._notes: list[str] = []
         self._unit: str | None = None
 
     def run(self) -> Report:
-        """Carry the job out; the report for the supervisor."""
+        """Carry out the job; return the report for the supervisor."""
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
-        self._job.lengths_in(self._unit)  # refused before anything is done
+        self._job.lengths_in(self._unit)  # refuses lengths with an unknown unit before the work starts
         self._warn(*self._job.doubts_of_unit(read.unit))
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
@@ -109,7 +109,7 @@ class Session:
         return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
-        """Apply the steps to a mesh, with others as further layers; `earlier` has what other runs on the same meshes kept."""
+        """Apply the steps to a mesh, with `others` as further layers; `earlier` is the cache of runs on the same meshes."""
         input_id = self._document.add(read)
         for mesh in others:
             self._document.add(mesh)
@@ -117,17 +117,17 @@ class Session:
         earlier = earlier or Earlier(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
         self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
-        if taken := self._job.recipe.info.superseded:
-            self._warn(f"{self._job.recipe.name} is superseded: {taken}")
+        if advice := self._job.recipe.info.superseded:
+            self._warn(f"{self._job.recipe.name} is superseded: {advice}")
         if unsuited:
             self._warn(unsuited)
-        steps = self._carried_out(earlier)
+        steps = self._run_steps(earlier)
         document = self._document
         self._lose(document.losses)
         result = document.current
-        # The input is not lost where a step made a new layer of it.
-        kept = document.current_id != input_id and input_id in document.ids
-        if (count := len(document.ids)) > 1 + kept:
+        # The input's layer is not reported as lost if the result is a new layer beside it.
+        input_stays = document.current_id != input_id and input_id in document.ids
+        if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
@@ -136,11 +136,11 @@ class Session:
         return Outcome(before, result.without_matrix(), steps, traits)
 
     def _measured(self, read: MeshData) -> _Measured:
-        before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
+        before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
-        """Read a file; its mesh, and which file it was."""
+        """Read a file; return its mesh, and its entry in the record."""
         unchecked = self._unchecked if self._job.unchecked else None
         reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
@@ -154,25 +154,25 @@ class Session:
 
         return load_unchecked(path, self._stage / "meshlab")
 
-    def _carried_out(self, earlier: Earlier) -> tuple[StepReport, ...]:
-        """Carry out the steps, but for the first ones that were carried out earlier."""
-        state, done = earlier.longest(self._steps)
+    def _run_steps(self, earlier: Earlier) -> tuple[StepReport, ...]:
+        """Run the steps, except the first ones whose result is in the cache; return the reports of all."""
+        state, reports = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
-        for number, step in enumerate(done, 1):
+        for number, report in enumerate(reports, 1):
             self._event(StepStarted(number, len(self._steps), self._steps[number - 1].filter.name))
-            for text in step.messages:
+            for text in report.messages:
                 self._event(Message(text, step=number))
-            self._event(StepFinished(number, step.seconds))
-        for number in range(len(done) + 1, len(self._steps) + 1):
-            done = (*done, self._step(number))
+            self._event(StepFinished(number, report.seconds))
+        for number in range(len(reports) + 1, len(self._steps) + 1):
+            reports = (*reports, self._step(number))
             if (state := self._document.state) is not None:
-                earlier.keep(self._steps[:number], state, done)
-        return done
+                earlier.keep(self._steps[:number], state, reports)
+        return reports
 
     def _step(self, number: int) -> StepReport:
         step = self._steps[number - 1]
-        self._number, self._told, self._notes = number, 0.0, []
+        self._number, self._last_progress, self._notes = number, 0.0, []
         self._event(StepStarted(number, len(self._steps), step.filter.name))
         os.write(2, mark(number))
         started = time.perf_counter()
@@ -187,11 +187,11 @@ class Session:
         except Exception as error:
             if _caused_by_memory(error):
                 raise MemoryError from error
-            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # in the files for MeshLab
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # of the files for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-            words, name = " ".join(str(error).split()), step.filter.python_name  # which the place of the failure has
+            text, name = " ".join(str(error).split()), step.filter.python_name  # `_failed` names the filter already
             raise self._failed(
-                words.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
+                text.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
             ) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
@@ -202,7 +202,7 @@ class Session:
         )
 
     def _failed(self, reason: str) -> StepFailedError:
-        """The failure of the current step, or of the last one when all are done."""
+        """The failure of the current step, or of the last step when all are done."""
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
@@ -213,25 +213,25 @@ class Session:
         self._event(Message(text, step=self._number))
 
     def _progress(self, fraction: float) -> None:
-        if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
-            self._told = fraction
+        if self._number and abs(fraction - self._last_progress) >= _SMALLEST_PROGRESS:
+            self._last_progress = fraction
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Write the files to the staging folder, unless a limit is broken; the report for the supervisor."""
+        """Write the files to the staging folder, unless a limit is broken; return the report for the supervisor."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
-        self._lose(self._gone(before.mesh, outcome.result))
-        after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"), before)
+        self._lose(self._removed_contents(before.mesh, outcome.result))
+        after = self._measure(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
-            other_recipe = cache(lambda: instead(job.recipe, before))  # measures the scan
-            # Who sets how much a recipe smooths has asked for what goes.
+            other_recipe = cache(lambda: instead(job.recipe, before))  # slow: it measures the scan
+            # No warning of lost relief if the user has set the strength of a smoothing recipe.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
-            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
+            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are measured from the input")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
         if job.map is not None:
@@ -248,8 +248,8 @@ class Session:
                 output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
                 broken += faults
                 if not broken:
-                    words = self._print_words(before.mesh, after.mesh, wrapped=wrapped)
-                    steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *words)))
+                    notes = self._print_notes(before.mesh, after.mesh, wrapped=wrapped)
+                    steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *notes)))
         except OSError as error:
             raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
         return Report(
@@ -266,31 +266,31 @@ class Session:
             maps=maps,
         )
 
-    def _print_words(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """What to know of a mesh that can be printed: how thick its walls are, and what a wrap has closed in."""
+    def _print_notes(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
+        """Sentences on a printable mesh: its wall thickness, and the area that a wrap has closed in."""
         if wrapped:
-            with suppress(RunError):  # where MeshLab ends on the scan, the run goes on
+            with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
-                    self._warn("the scan is watertight, none of its faces cuts another: prepare_for_print keeps its surface")
-        words = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
-        for text in words:
+                    self._warn("the scan is watertight, and no face cuts another: prepare_for_print keeps its surface")
+        notes = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
+        for text in notes:
             self._event(Message(text, step=len(self._steps)))
-        return words
+        return notes
 
-    def _gone(self, read: MeshData, result: MeshData) -> list[str]:
-        """Attributes that the steps have removed, in words."""
+    def _removed_contents(self, read: MeshData, result: MeshData) -> list[str]:
+        """Sentences on contents of the file that the steps have removed."""
         texts = []
-        lost = attributes_of(read) - attributes_of(result)
-        # A recipe of curves makes them of a surface, and that the surface is gone is no news.
-        of_curves = self._job.recipe.info.task == "curves"
-        if not of_curves and (gone := [a for a in ATTRIBUTES if a in lost]):
-            texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
+        removed = attributes_of(read) - attributes_of(result)
+        # A recipe that makes curves of a surface removes the surface's attributes on purpose.
+        makes_curves = self._job.recipe.info.task == "curves"
+        if not makes_curves and (names := [a for a in ATTRIBUTES if a in removed]):
+            texts.append(f"after the steps the mesh has no {' and no '.join(names)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
-            texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
+            texts.append(f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}")
         return texts
 
     def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Write the files to the staging folder; the output with its side files as in the record, and the files."""
+        """Write the files to the staging folder; return the output's entry in the record, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
@@ -299,15 +299,15 @@ class Session:
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return described[0] | {"side_files": described[1:]}, staged
 
-    def _looked(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh, which may be connected like a former one."""
+    def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
+        """Measure a mesh, whose faces may be those of `former`; raise `refusal` if that is impossible."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:
             raise refusal from error
 
     def _lose(self, texts: Sequence[str]) -> None:
-        """Warn of what is not kept, or refuse that."""
+        """Warn of losses; with `Job.keep_all` raise an error instead."""
         if texts and self._job.keep_all:
             raise OutputError(self._job.output, f"{'; '.join(texts)}. With --keep-all that is an error")
         self._warn(*texts)
@@ -319,7 +319,7 @@ class Session:
 
 
 def _caused_by_memory(error: BaseException | None) -> bool:
-    """Whether an error, or one that it comes from, says that there was no memory left."""
+    """Whether an error, or one of its causes, is a lack of memory."""
     while error is not None:
         if isinstance(error, MemoryError) or "bad_alloc" in str(error):
             return True

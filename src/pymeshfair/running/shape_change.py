@@ -1,4 +1,4 @@
-"""The change by a run: the origin of every element of a result, moves, additions, removals and dimensions, and their map."""
+"""The change of a mesh by a run: origins of the elements, displacement, additions, removals, dimensions, and a map of these."""
 
 from __future__ import annotations
 
@@ -26,29 +26,28 @@ from .suitability import ERASED
 if TYPE_CHECKING:
     from ..filters.diffusion import ReliefLoss
 
-LARGEST_SIDE_CHANGE = 0.01  # a run warns where a side of the box has changed by more than this share
-#: and where a vertex has moved by more than this many mean edges, or more than this share of the area was added
+LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share
+#: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # parameters whose smaller values do less
-_LISTED = 20  # pieces that are listed one by one
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller values smooth less
+_LISTED = 20  # the most pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Origins:
-    """The origins of the elements of a result."""
+    """The origins of a result's elements in the input."""
 
     before: MeshData  # the mesh that was read
     result: MeshData  # the mesh after the steps
-    vertices: NDArray[np.int64]  # (n,) of every vertex of the result its number in the input, -1 for one that was added
-    #: (m,) of every face the number of the face of the input with the same corners, -1 for one that was added
-    faces: NDArray[np.int64]
-    followed: bool  # whether elements could be followed; else all count as added
+    vertices: NDArray[np.int64]  # (n,) the number in the input of each vertex of the result; -1 if it was added
+    faces: NDArray[np.int64]  # (m,) the number of the input's face with the same corners; -1 if the face was added
+    followed: bool  # whether the elements could be followed through the steps; if not, all count as added
 
     @cached_property
     def distances(self) -> Floats:
-        """(n,) the displacement of each vertex; for an added one its distance from the surface of the input."""
+        """(n,) the displacement of each vertex; for an added vertex the distance from the input's surface."""
         distances = np.zeros(len(self.vertices))
         old = self.vertices >= 0
         distances[old] = self._moves
@@ -59,7 +58,7 @@ class Origins:
 
     @cached_property
     def displaced(self) -> tuple[NDArray[np.int64], Floats]:
-        """The vertices that are the same in both meshes, or all, and how far each lies from where it was, or from the input."""
+        """The followed vertices and their displacements; of a new mesh all vertices and their distances from the input."""
         if self.followed:
             return np.flatnonzero(self.vertices >= 0), self._moves
         return np.arange(len(self.vertices)), self.distances
@@ -71,24 +70,24 @@ class Origins:
 
     @cached_property
     def removed(self) -> tuple[Bools, Bools]:
-        """(n,) and (m,) which vertices and which faces of the input the result does not have."""
-        gone, faces_gone = np.ones(len(self.before.vertices), dtype=np.bool_), np.ones(len(self.before.faces), dtype=np.bool_)
-        gone[self.vertices[self.vertices >= 0]] = False
-        faces_gone[self.faces[self.faces >= 0]] = False
-        return gone, faces_gone
+        """(n,) and (m,) which vertices and faces of the input are not in the result."""
+        vertices, faces = np.ones(len(self.before.vertices), dtype=np.bool_), np.ones(len(self.before.faces), dtype=np.bool_)
+        vertices[self.vertices[self.vertices >= 0]] = False
+        faces[self.faces[self.faces >= 0]] = False
+        return vertices, faces
 
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
-    """The origins of the elements of a result in the mesh that was read."""
+    """The origins of a result's elements in the mesh that was read."""
     same_source = result.source is not None and result.source is before.source
-    of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), same_source)
-    of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)
-    same_source &= bool((of_vertices >= 0).any()) or not len(of_vertices)
-    return Origins(before, result, of_vertices, of_faces, same_source)
+    vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), same_source)
+    faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)
+    same_source &= bool((vertices >= 0).any()) or not len(vertices)
+    return Origins(before, result, vertices, faces, same_source)
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
-    """(count,) the numbers in the mesh that was read, which may have lost elements; `same` if both meshes are of one file."""
+    """(count,) each element's number in the mesh that was read, found by its id in the file; -1 without one, or other files."""
     if not same:
         return np.full(count, -1)
     if before is None:
@@ -101,51 +100,51 @@ def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, 
 
 @dataclass(frozen=True)
 class Moved:
-    """Displacement of the vertices that are the same before and after; of a new mesh distances of all vertices from the input."""
+    """Displacements of the followed vertices; of a new mesh the distances of all its vertices from the input."""
 
-    same: bool  # whether the vertices are the same
-    count: int  # of the vertices that count
-    moved: int  # how many of them lie elsewhere now
-    mean: float  # of the distances
-    rms: float  # the root of the mean of their squares
-    most: float  # the bound below which 99 % of them stay
-    largest: float  # of them
-    vertex: int  # the number in the result of the vertex that moved furthest
-    place: tuple[float, ...]  # its place now, (x, y, z)
-    edges: float | None  # the largest distance in mean edges of the input; None if it has no edges
-    mean_edges: float | None  # the mean in the same way
+    same: bool  # whether the vertices were followed; if not, the mesh is new
+    count: int  # the number of vertices that were compared
+    moved: int  # the number of vertices that moved
+    mean: float  # the mean displacement
+    rms: float  # the root mean square
+    most: float  # the 99th percentile
+    largest: float  # the largest displacement
+    vertex: int  # the number of its vertex in the result
+    place: tuple[float, ...]  # the place of that vertex in the result, (x, y, z)
+    edges: float | None  # the largest displacement in mean edges of the input; None if it has no edges
+    mean_edges: float | None  # the mean displacement in mean edges
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A connected piece of what was added or removed."""
+    """A connected piece of the added or removed faces."""
 
-    faces: int  # how many
-    share: float | None  # of the area of the input; None if it has none
-    size: float  # the diagonal of its box, in mesh units
+    faces: int  # the number of faces
+    share: float | None  # its share of the input's area; None if the input has no area
+    size: float  # the diagonal of its bounding box, in mesh units
     place: tuple[float, ...]  # the middle of the box, (x, y, z)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Elements that were added or removed."""
+    """The elements that were added, or those that were removed."""
 
-    vertices: int  # how many
-    faces: int  # how many
-    area: float  # of the faces
-    share: float | None  # of the area of the input; None if it has none
-    pieces: int  # connected pieces of the faces
-    loose: int  # how many of the pieces share no vertex with what stays
-    rims: int  # how many of the others reach the border of their mesh
-    largest: tuple[Piece, ...] = ()  # up to twenty of the pieces, the largest area first
+    vertices: int  # the number of vertices
+    faces: int  # the number of faces
+    area: float  # the area of the faces
+    share: float | None  # its share of the input's area; None if the input has no area
+    pieces: int  # the number of connected pieces of the faces
+    loose: int  # the number of pieces that share no vertex with the remaining faces
+    rims: int  # the number of other pieces that reach the border of their mesh
+    largest: tuple[Piece, ...] = ()  # up to twenty pieces, the largest area first
 
 
 @dataclass(frozen=True)
 class Folded:
     """Faces that are folded over in the result and were not before."""
 
-    count: int  # of them
-    face: int  # the number of the largest
+    count: int  # the number of faces
+    face: int  # the index of the largest
     place: tuple[float, ...]  # its centre in the result, (x, y, z)
 
 
@@ -153,26 +152,27 @@ class Folded:
 class ShapeChange:
     """The change of shape by a run."""
 
-    #: of the bounding box of what faces use, or of all vertices where there are none: the change along x, y and z as a share of
-    #: the side, None where that was 0
+    #: the relative change of each side of the bounding box; None where the side was 0. It is the box of the vertices of faces, or
+    #: of all vertices if there are no faces.
     sides: Sides
-    sides_without_noise: Sides | None  # the same without noise at the ends; found where one is large and vertices correspond
-    area: float | None  # its change as a share; None where there was none
-    volume: float | None  # the same, of closed meshes
-    moved: Moved | None  # how far vertices moved; None if no vertex counts
+    #: the same without the noise at the ends; None unless a side changed much and both meshes have the same faces
+    sides_without_noise: Sides | None
+    area: float | None  # the relative change of the area; None if the input has no area
+    volume: float | None  # the relative change of the volume; None unless both meshes are closed
+    moved: Moved | None  # the displacement of vertices; None if there are no vertices to compare
     added: Part  # elements of the result that the input did not have
     removed: Part  # elements of the input that the result does not have
-    turned: int | None  # faces that look more than a right angle away from where they did; None if elements came or went
-    folded: Folded | None  # which faces were folded over, if there are more of them than before; else None
-    #: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is estimated, on
-    #: a sample of a large mesh; None where no vertex moved or relief does not stand out
+    turned: int | None  # the faces whose normals turned by more than 90 degrees; None if elements were added or removed
+    folded: Folded | None  # the faces that were folded over; None if there are no more of them than before
+    #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; from a sample of a large
+    #: mesh. None if no vertex moved, or if the noise hides all relief
     relief_lost: float | None = None
-    relief_from: float = 0.0  # the shortest waves that count there, in mean edges; 0 for all, else noise hides shorter relief
-    sharp_kept: float | None = None  # the share of the length of their sharp edges that is sharp still; None without any
+    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none
+    sharp_kept: float | None = None  # the share of the sharp edges' length that is still sharp; None without sharp edges
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """The change of shape between two meshes: the one place from which tables, documents, limits, maps and reports take it."""
+    """The change of shape between two meshes; all tables, documents, limits, maps and reports use this result."""
     first, second = measured
     before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
     old, new = (_box(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
@@ -205,8 +205,8 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
 
 
 def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
-    """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
-    # Half of all filters come with these, and most runs of a batch without measures need none of them.
+    """The relief that is lost, and the share of sharp edges that is kept, on the faces whose vertices were followed."""
+    # Imported here, as they load half of all filters, and a batch without measures does not need them.
     from ..filters.denoising import Scan
     from ..filters.diffusion import relief_lost
 
@@ -219,37 +219,37 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # energies are compared: outliers count in full
+    noise = scan.noise.deviation  # outliers count in full, as energies are compared
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
 def warnings_of(
     change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str], *, keeps_relief: bool = False
 ) -> Iterator[str]:
-    """Warnings about a change of shape, with advice; those of dimensions and moves only where no elements came or went."""
-    more = (change.added.share or 0.0) - (change.removed.share or 0.0)
-    if change.moved is not None and more > LARGEST_ADDED:
+    """Warnings about a change of shape, with advice; on dimensions and moves only if no elements were added or removed."""
+    growth = (change.added.share or 0.0) - (change.removed.share or 0.0)
+    if change.moved is not None and growth > LARGEST_ADDED:
         yield (
-            f"new surface of {more:.0%} of the area that was scanned was added without measurements: look at it"
+            f"new surface was added without measurements, {growth:.0%} of the scanned area: look at it"
             if change.moved.same
-            else f"the new surface has {more:.0%} more area than the scan, and no measurements there: look at it; where it went "
+            else f"the new surface has {growth:.0%} more area than the scan, which was not measured: look at it; if it went "
             "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
         )
     moved = None if change.turned is None else change.moved
     dimensions = moved and change.sides_without_noise is not None and _is_large(change.sides_without_noise)
     far = moved and moved.edges is not None and moved.edges > LARGEST_MOVE
     erased = keeps_relief and (change.relief_lost or 0.0) > ERASED
-    name = other_recipe() if dimensions or far or change.folded or erased else ""
-    ways = [way for way in (milder(steps), name and f"take {name}") if way]
+    other = other_recipe() if dimensions or far or change.folded or erased else ""
+    remedies = [text for text in (milder(steps), other and f"take {other}") if text]
     if dimensions:
-        shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
-        yield f"the shape has other dimensions, noise at its ends aside: {shown}{_told('. To keep them: ', ways)}"
+        sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
+        yield f"the shape has other dimensions, noise at its ends aside: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
         where = ", ".join(f"{c:.6g}" for c in moved.place)
-        stay = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
+        fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
             f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean edges: "
-            f"look at the place{_told('; if it should have stayed: ', [*stay, *ways])}; --max-displacement "
+            f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes that an error"
         )
     if change.folded:
@@ -257,13 +257,13 @@ def warnings_of(
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
             f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
-            f"fold first, improve_triangles before this recipe makes them regular{_told('; or ', ways)}"
+            f"fold first, improve_triangles before this recipe makes them regular{_advice('; or ', remedies)}"
         )
     if erased:
         yield (
             f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
-            f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
-            "would take"
+            f"was detail: {', or '.join([*remedies, 'leave it as it is'])}; `pymeshfair suggest` tries recipes and shows "
+            "the relief that each would take"
         )
 
 
@@ -272,16 +272,16 @@ def milder(steps: Sequence[Step]) -> str:
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
-    named = settings or [name for _, name in amounts]
-    return f"a smaller {named[0]}" if named else ""
+    names = settings or [name for _, name in amounts]
+    return f"a smaller {names[0]}" if names else ""
 
 
-def _told(before: str, ways: Sequence[str]) -> str:
-    return before + ", or ".join(ways) if ways else ""
+def _advice(before: str, remedies: Sequence[str]) -> str:
+    return before + ", or ".join(remedies) if remedies else ""
 
 
 def _box(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
-    """(3,) the sides of the box."""
+    """(3,) the sides of the bounding box of the vertices that faces use, or of all vertices if there are no faces."""
     if len(faces) and measures.unreferenced_vertices:
         vertices = vertices[np.bincount(faces.ravel(), minlength=len(vertices)) > 0]
     return np.asarray(np.subtract(*bounding_box(vertices)[::-1]) if len(vertices) else np.zeros(3))
@@ -308,7 +308,7 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
         return None
     furthest = int(distances.argmax())
     largest = float(distances[furthest])
-    shares = distances / (largest or 1.0)  # no sum of distances or of squares leaves the range of numbers
+    shares = distances / (largest or 1.0)  # scaled, so that no sum overflows
     mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
     return Moved(
         same=origins.followed,
@@ -325,44 +325,44 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
     )
 
 
-def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, whole: float | None) -> Part:
-    """The measures of some vertices and faces of a mesh."""
-    inside = faces[of_faces]
+def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, input_area: float | None) -> Part:
+    """The measures of the masked vertices and faces of a mesh."""
+    inside = faces[face_mask]
     if not len(inside):
-        return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)
+        return Part(int(vertex_mask.sum()), 0, 0.0, 0.0 if input_area else None, 0, 0, 0)
     points, scale = scaled_to_unit(vertices)
     areas = vector_lengths(cross_products(points, inside))
     area = 0.5 * float(areas.sum()) / scale / scale
     pieces, count = connected_components(inside, len(vertices))
-    share = area / whole if whole else None
-    numbers = pieces[inside[:, 0]]  # -1 where a corner stands twice
+    share = area / input_area if input_area else None
+    numbers = pieces[inside[:, 0]]  # -1 for degenerate faces
     sums = np.bincount(numbers[numbers >= 0], weights=areas[numbers >= 0], minlength=count)
 
     def piece(number: int) -> Piece:
         corners = inside[numbers == number]
         low, high = bounding_box(points[corners.ravel()])
         middle = np.mean(bounding_box(vertices[corners.ravel()]), axis=0).tolist()
-        of_all = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
-        return Piece(len(corners), of_all, float(np.linalg.norm(high - low)) / scale, tuple(middle))
+        piece_share = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
+        return Piece(len(corners), piece_share, float(np.linalg.norm(high - low)) / scale, tuple(middle))
 
-    beside = np.zeros(len(vertices), dtype=np.bool_)
-    beside[faces[~of_faces]] = True
-    holds = np.zeros((2, count), dtype=np.bool_)
-    for row, marked in enumerate((beside, border_vertices(faces, len(vertices)) if beside.any() else beside)):
-        holds[row, pieces[marked & (pieces >= 0)]] = True
+    remaining = np.zeros(len(vertices), dtype=np.bool_)
+    remaining[faces[~face_mask]] = True
+    touches = np.zeros((2, count), dtype=np.bool_)  # whether each piece touches the remaining faces, and the border
+    for row, marked in enumerate((remaining, border_vertices(faces, len(vertices)) if remaining.any() else remaining)):
+        touches[row, pieces[marked & (pieces >= 0)]] = True
     return Part(
-        int(of_vertices.sum()),
+        int(vertex_mask.sum()),
         len(inside),
         area,
         share,
         count,
-        int((~holds[0]).sum()),
-        int((holds[0] & holds[1]).sum()),
+        int((~touches[0]).sum()),
+        int((touches[0] & touches[1]).sum()),
         tuple(piece(number) for number in np.argsort(-sums, kind="stable")[:_LISTED].tolist()),
     )
 
 
-KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the fate of an element; the face scalar of the map
+KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the state of an element; the face scalar of the map
 #: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
@@ -370,9 +370,9 @@ COLORS: NDArray[np.uint8] = np.array(
 
 
 def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
-    """Write both files of a map into a staging folder, the second, of what was removed, only if something was.
+    """Write the two files of a map into a staging folder; the second holds the removed elements, if there are any.
 
-    A vertex is kept that moved by no more than the tolerance, in mesh units; a face whose corners are its own, and all kept.
+    A vertex is kept if it moved by at most the tolerance (in mesh units). A face is kept if the input has it, with kept vertices.
     """
     staged = []
     for number, (mesh, target) in enumerate(zip((_map(origins, tolerance), _removed(origins)), targets, strict=True)):
@@ -384,7 +384,7 @@ def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance
 
 
 def _map(origins: Origins, tolerance: float) -> MeshData:
-    """The result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
+    """The result with displacements as vertex scalars, states as face scalars, and both states as colours."""
     result = origins.result
     vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.distances > tolerance, MOVED, KEPT))
     touched = (vertices[result.faces] == MOVED).any(axis=1)
@@ -398,15 +398,15 @@ def _map(origins: Origins, tolerance: float) -> MeshData:
 
 
 def _removed(origins: Origins) -> MeshData | None:
-    """What the result does not have of the input, with numbers of vertices there as scalars; None if it has all."""
-    before, (gone, faces_gone) = origins.before, origins.removed
-    needed = gone.copy()
-    needed[before.faces[faces_gone]] = True
+    """The removed elements, with the input's vertex numbers as scalars; None if there are none."""
+    before, (vertices, faces) = origins.before, origins.removed
+    needed = vertices.copy()
+    needed[before.faces[faces]] = True
     if not needed.any():
         return None
-    part = MeshData(vertices=before.vertices, faces=before.faces[faces_gone]).part(needed)
-    colors, of_faces = (np.tile(COLORS[REMOVED], (len(elements), 1)) for elements in (part.vertices, part.faces))
+    part = MeshData(vertices=before.vertices, faces=before.faces[faces]).part(needed)
+    colors, face_colors = (np.tile(COLORS[REMOVED], (len(elements), 1)) for elements in (part.vertices, part.faces))
     return part.with_attributes(
         {"scalars": np.flatnonzero(needed).astype(np.float64), "colors": colors},
-        {"scalars": np.full(len(part.faces), float(REMOVED)), "colors": of_faces},
+        {"scalars": np.full(len(part.faces), float(REMOVED)), "colors": face_colors},
     )

@@ -1,4 +1,4 @@
-"""The recipes that suit a scan: its traits, compared with the conditions in the heads of recipes."""
+"""Ranks recipes by how well they suit a scan: compares the scan's traits with the conditions in the heads of recipes."""
 
 from __future__ import annotations
 
@@ -13,25 +13,22 @@ from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
-#: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
+#: the traits that must be measured on the surface, in up to some tenths of a second each; the others come with the measures
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture
 _TEXTURED = ("textures", "wedge texture coordinates", "vertex texture coordinates")
-#: tasks that may replace each other, and all whose recipes may replace another one of the same task
+#: the tasks whose recipes may replace each other; and all tasks whose recipes may be replaced
 _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
-
-
 #: the reason why a recipe has nothing to do, by the trait that shows it
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
-#: the order of recipes
+#: the sort key of a recipe, see `ranked`
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
-#: tasks that replace or change what was scanned, or do not clean it; and those that close openings, with surface that was not
-#: measured
+#: tasks other than cleaning, which replace or change the scanned shape; and tasks that close openings with unmeasured surface
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
-#: relief that may go: more is detail that is erased
+#: the largest share of the relief that may be lost; a recipe that takes more erases detail
 ERASED = 0.1
 
 
@@ -39,15 +36,15 @@ ERASED = 0.1
 class Trial:
     """A trial of a recipe on a sample of a scan, lengths in mean edges."""
 
-    error: float  # at vertices that were held out, along the normals; on a scan without noise how far the others were moved
-    before: float  # the same of the scan as it is
-    relief: float | None  # the share of the relief that went; None where there is none that stands out from the noise
-    relief_from: float = 0.0  # the shortest waves that count there; 0 for all
-    tied: bool = False  # whether held-out vertices cannot tell it from the best
+    error: float  # the prediction error at held-out vertices, along the normals; on a scan without noise the displacement
+    before: float  # the same error of the scan as it is
+    relief: float | None  # the share of the relief that is lost; None if the noise hides all relief
+    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none
+    tied: bool = False  # whether the error is statistically equal to the least
 
     @property
     def erases(self) -> bool:
-        """Whether detail is lost that is no noise."""
+        """Whether the recipe erases detail, not only noise."""
         return self.relief is not None and self.relief > ERASED
 
     @property
@@ -55,39 +52,39 @@ class Trial:
         """The trial in words."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
-        unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
-        hidden = f" from {self.relief_from:g} edges on, shorter relief being hidden by the noise" if self.relief_from else ""
-        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
+        unseen = "; the noise hides the relief: look whether the result keeps it" if self.before else ""
+        hidden = f" with waves from {self.relief_from:g} edges; the noise hides shorter ones" if self.relief_from else ""
+        relief = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
-            return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{kept}"
-        return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
+            return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{relief}"
+        return f"tried here, it has an error of {self.error:.3f} edges, the scan as it is one of {self.before:.3f}{relief}"
 
 
 @dataclass(frozen=True)
 class Suitability:
-    """The conditions of a recipe that a scan meets or not."""
+    """The suitability of a recipe for a scan: its conditions, met and unmet."""
 
-    recipe: str  # its name
-    task: str  # that of the recipe
+    recipe: str  # the name of the recipe
+    task: str  # its task
     title: str  # its title
-    measure: str  # by which it is judged, empty if it does not say
-    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with what was found
-    unmet: tuple[tuple[str, str], ...]  # those that it does not
-    trial: Trial | None = None  # the result on a sample of the scan, if it was tried
+    measure: str  # the measure that judges it; empty if its head names none
+    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the trait that was found
+    unmet: tuple[tuple[str, str], ...]  # the other conditions, in the same way
+    trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
     @property
     def made_for(self) -> int:
-        """The number of met conditions without "no"."""
+        """The number of met conditions that do not begin with "no"."""
         return sum(not text.startswith("no ") for text, _ in self.met)
 
     @property
     def fits(self) -> bool:
-        """Whether the recipe is for the scan."""
+        """Whether the recipe has conditions and the scan meets all of them."""
         return bool(self.met) and not self.unmet
 
 
 def traits_of(scan: MeasuredMesh, wanted: Collection[str] = MEASURED) -> dict[str, float]:
-    """The traits of a scan by name, as `pymeshfair.scripts.guards` means them; those of `MEASURED` only if they are wanted."""
+    """The traits of a scan by name, see `pymeshfair.scripts.guards`; of `MEASURED` only the wanted ones."""
     mesh, measures = scan.mesh, scan.measures
     assert measures is not None
     traits_of_mesh = _kind(measures.faces, measures.edges) | {
@@ -117,83 +114,83 @@ def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitabil
 def ranked(
     traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None, tried: Mapping[str, Trial] = MappingProxyType({})
 ) -> list[Suitability]:
-    """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
+    """All shipped recipes, the most suitable first.
 
-    Where recipes were tried those come first that leave the least error, or cannot be told from it, one that was not tried
-    counting as one that moves nothing, and behind all others those that erase detail. Among equals those come last that repair or
-    prepare a scan with openings: whether these are to be closed, the scan does not say. Then a recipe is the better known to fit
-    the more conditions it sets, those of what a scan must not be aside; then the order is that of the tasks.
-    One that says that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is
-    in the way.
+    Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
+    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error of the
+    trial wins; a statistical tie with the best counts as the best, and no trial counts as moving nothing. 4. On a scan with
+    openings, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
+    order of the tasks decides.
+    If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after the other one.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     least = min((trial.error for trial in tried.values()), default=0.0)
-    of_nothing = max((trial.before for trial in tried.values()), default=0.0)
+    unmoved = max((trial.before for trial in tried.values()), default=0.0)
     is_open = traits.get("border edges", 0.0) > 0.0
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
-        error = of_nothing if suited.trial is None else least if suited.trial.tied else suited.trial.error
+        error = unmoved if suited.trial is None else least if suited.trial.tied else suited.trial.error
         aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
         return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
         after = better is not None and better.fits and suited.fits
-        # What is made for more of the scan lifts the better one, too.
-        lifted = [
+        # A follower with a better key brings its leader forward.
+        followers = [
             key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
         ]
         leader = better if after and better is not None else suited
-        group = min([key(leader), *lifted, *([key(suited)] if after else [])])
+        group = min([key(leader), *followers, *([key(suited)] if after else [])])
         return group, after, -suited.made_for, suited.recipe
 
     return sorted(verdicts.values(), key=place)
 
 
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
-    """The warning for a scan that a recipe is not for, with the recipe to take; None if it suits, or does not say.
+    """The warning if a scan does not meet the conditions of a recipe, with the recipe to take; None if it meets them.
 
-    It takes all traits of the scan, and the `others` as `ranked` gives them.
+    `traits` are all traits of the scan, and `others` is the result of `ranked`.
     """
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
     reasons = [c for c in verdict.unmet if c[0] in _kind(0, 0)] or [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)]
     reasons = reasons or list(verdict.unmet)
-    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {value}" for text, value in reasons[:2])
+    mismatch = "; ".join(f"{name} is for {_in_words(text)}, and here {value}" for text, value in reasons[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
-    alike = _ALIKE if info.task in _ALIKE else (info.task,)
-    first = next((other for other in fitting if other.task == "denoise"), None)
+    tasks = _ALIKE if info.task in _ALIKE else (info.task,)
+    denoiser = next((other for other in fitting if other.task == "denoise"), None)
     unmet = [condition.trait for condition in info.conditions if not condition.is_met(traits)]
-    nothing = {_NO_NEED.get(trait) for trait in unmet if trait != "noise"}
-    if info.task not in _ALIKE and first is not None and "noise" in unmet and None not in nothing:
-        return f"{wrong}: run {first.recipe} first"
-    if info.task in _ALIKE and first is None and "noise" in traits:
-        return f"{wrong}: it needs no smoothing"
-    if nothing and None not in nothing:
-        return f"{wrong}: {' and '.join(sorted(filter(None, nothing)))}"
-    # What takes away waves of a given size is no substitute for what takes away noise.
-    judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
-    same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
-    if same and info.task in _REPLACEABLE:
-        return f"{wrong}: take {same[0].recipe}"
-    named = f", such as {fitting[0].recipe}" if fitting else ""
-    return f"{wrong}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{named}"
+    no_need = {_NO_NEED.get(trait) for trait in unmet if trait != "noise"}
+    if info.task not in _ALIKE and denoiser is not None and "noise" in unmet and None not in no_need:
+        return f"{mismatch}: run {denoiser.recipe} first"
+    if info.task in _ALIKE and denoiser is None and "noise" in traits:
+        return f"{mismatch}: it needs no smoothing"
+    if no_need and None not in no_need:
+        return f"{mismatch}: {' and '.join(sorted(filter(None, no_need)))}"
+    # The measure must be the same: a recipe that removes waves of a given size cannot replace one that removes noise.
+    same_measure = [other for other in fitting if not info.measure or other.measure == info.measure]
+    substitutes = [other for other in same_measure if other.task in tasks and len(other.met) > 1]
+    if substitutes and info.task in _REPLACEABLE:
+        return f"{mismatch}: take {substitutes[0].recipe}"
+    example = f", such as {fitting[0].recipe}" if fitting else ""
+    return f"{mismatch}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{example}"
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
-    """The traits of a mesh that a recipe asks for, and a warning if it is not for such scans.
+    """The traits of a scan that a recipe asks for, and a warning if the scan does not suit the recipe.
 
     Args:
         recipe: the recipe.
-        scan: the mesh; if it was not measured, there are no warnings.
-        as_shipped: whether nothing of the recipe was set. Who sets what smooths asks for what goes.
+        scan: the scan; if it was not measured, there are no warnings.
+        as_shipped: whether the user has set no value of the recipe. If so, a warning names a denoising recipe that ranks higher.
 
     Raises:
-        RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
+        RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.
     """
     info = recipe.info
     traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))
@@ -208,8 +205,8 @@ def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) ->
             better = next((s.recipe for s in ranked(traits) if s.fits and s.task == "denoise"), "") if for_noise else ""
             if better in ("", recipe.name):
                 return traits, None
-            alone = f"there is noise of {traits['noise']:.2g} edges: where that alone is to go"
-            return traits, f"{alone}, {better} mostly keeps more of the shape; `pymeshfair suggest` ranks both here"
+            noise = f"there is noise of {traits['noise']:.2g} edges: to remove only that"
+            return traits, f"{noise}, {better} mostly keeps more of the shape; `pymeshfair suggest` ranks both here"
         traits |= traits_of(scan, set(MEASURED) - asked)
     warning = unsuitable(recipe.name, info, traits, ranked(traits))
     if is_other:
@@ -218,16 +215,15 @@ def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) ->
 
 
 def instead(recipe: Recipe, scan: MeasuredMesh) -> str:
-    """The recipe to take where one that takes away noise has changed the shape of a scan too much; empty if that is the first."""
+    """The recipe to take if this one has changed the shape of a scan too much; empty if this one ranks first."""
     if scan.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
-    suited = ranked(traits_of(scan))
-    alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
-    return "" if recipe.name in alike[:1] else next(iter(alike), "")
+    smoothing = [s.recipe for s in ranked(traits_of(scan)) if s.fits and s.task in _ALIKE]
+    return "" if recipe.name in smoothing[:1] else next(iter(smoothing), "")
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:
-    """The traits that must be measured on the surface to judge these conditions."""
+    """The traits of `MEASURED` in these conditions."""
     return {condition.trait for condition in conditions} & set(MEASURED)
 
 
@@ -248,7 +244,7 @@ def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
 
 
 def _kind(faces: int, edges: int) -> dict[str, float]:
-    """The traits without which a recipe cannot work at all."""
+    """The kind of a scan, as traits; a recipe for another kind cannot run."""
     return {"mesh": float(faces > 0), "cloud": float(not faces and not edges), "curves": float(not faces and edges > 0)}
 
 
@@ -256,13 +252,13 @@ def _place(task: str) -> int:
     return TASKS.index(task) if task in TASKS else len(TASKS)
 
 
-def _asked(text: str) -> str:
+def _in_words(text: str) -> str:
     nouns = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps", "texture": "textures"}
     adjectives = ("closed", "open", "sharp", "smooth")
-    plain = text.removeprefix("no ")
-    if plain.startswith(ARTICLE):
-        return f"a {plain}"
-    noun = nouns.get(plain, f"{plain} shapes" if plain in adjectives else plain)
-    if plain != text:
-        return f"shapes without {noun}" if plain not in adjectives else f"shapes that are not {plain}"
+    word = text.removeprefix("no ")
+    if word.startswith(ARTICLE):
+        return f"a {word}"
+    noun = nouns.get(word, f"{word} shapes" if word in adjectives else word)
+    if word != text:
+        return f"shapes without {noun}" if word not in adjectives else f"shapes that are not {word}"
     return noun

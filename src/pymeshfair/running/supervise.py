@@ -1,4 +1,4 @@
-"""A run from the checks to the files in their places; the work between them is done in one piece by a worker, or by tiles."""
+"""Supervises a run: checks, locks, stages and places the files. The work itself is done by one worker, or in tiles."""
 
 from __future__ import annotations
 
@@ -33,25 +33,24 @@ from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult, StepProgress, StepStarted
 
-_PULSE = 0.5  # seconds between two looks at a silent worker
+_PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
-_WARNING = 1  # MeshLab's level of log for warnings
-_TAIL_LINES = 60  # the last lines of talk that are kept for the report of a death
-#: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
-#: slowest format takes
+_WARNING = 1  # MeshLab's log level for warnings
+_TAIL_LINES = 60  # the number of last lines on stderr that an error shows if the worker dies
+#: the time limit for reading a file, without compilation: seconds, plus its bytes over a rate; ten times what the slowest needs
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asked for the end of the run. Used within `running` alone; callers see KeyboardInterrupt."""
+    """A signal asks for the end of the run. Used only within `running`; callers see KeyboardInterrupt."""
 
 
 class Interrupts:
-    """While it lasts, SIGINT, SIGTERM and SIGHUP are put into a queue; afterwards the first of them has its usual effect.
+    """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; at its end the first has its usual effect.
 
-    So clean-up is never interrupted: the supervisor sees the signal where it waits, stops the worker and removes its files; only
-    then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay. Outside
-    the main thread nothing changes, as Python delivers no signals there.
+    So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
+    Only then is KeyboardInterrupt raised, or the process ended by the signal. Handlers that the program has set itself stay.
+    Outside the main thread nothing changes, as Python delivers no signals there.
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
@@ -66,7 +65,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """Give signals their usual effect for a while, in which other work takes them itself."""
+        """Restore the usual effect of signals inside the block, for work that handles signals itself."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:
@@ -100,7 +99,7 @@ class Interrupts:
 
 _MARK = "pymeshfair-step"
 _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
-#: lines about nothing, and numbers that the values of the step have
+#: lines that say that nothing was done, and lines with numbers that the values of the step hold too
 _NOTHING = re.compile(
     r"(?:Successfully )?(?:removed|deleted|split|closed) 0 .*|Nothing done: .*"
     r"|\|.*\||(?:Inertia Tensor is|Principal axes are|axis momenta are) :",
@@ -109,7 +108,7 @@ _NOTHING = re.compile(
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
+    """The line on stderr that assigns the lines after it to a step; 0: to none."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -117,9 +116,9 @@ def mark(step: int) -> bytes:
 class Talk:
     """One line that a worker wrote to stderr."""
 
-    text: str  # what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors
-    level: int | None = None  # of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's
-    fraction: float | None = None  # how far a filter is, from 0 to 1, if the line tells that and nothing else
+    text: str  # the line without MeshLab's prefix; empty for a mark, and for the lines of `_NOTHING`
+    level: int | None = None  # MeshLab's log level (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's
+    fraction: float | None = None  # the progress of a filter, from 0 to 1, if the line reports it
     step: int | None = None  # the step that begins here, if the line is a mark
 
 
@@ -137,19 +136,19 @@ def parse_talk(line: str) -> Talk:
 
 
 class Watch:
-    """Reads the events and the talk of one worker."""
+    """Reads the events of one worker and its lines on stderr."""
 
     def __init__(self, job: Job, worker: Process, items: Items, on_event: Callable[[Event], None]) -> None:
-        """See the class; `items` is what the worker and the signals put into."""
+        """`items` is the queue for the worker's events and lines, and for signals."""
         self._job, self._worker, self._items, self._on_event = job, worker, items, on_event
         self._place = Place("starting the worker")
-        self._speaker = 0
+        self._step = 0  # the step to which lines on stderr belong; 0 for none
         self._load_seconds = self._load_deadline = math.inf
-        self._heard: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, warnings or not
+        self._texts: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # MeshLab's, by step and whether warnings
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, order: Order, started: float) -> Report:
-        """The report of the worker to which the order is given, of a job that began at `started` (`time.monotonic`)."""
+        """Give the order to the worker and return its report; the job began at `started` (`time.monotonic`)."""
         timeout = math.inf if self._job.timeout is None else self._job.timeout
 
         def pulse() -> float:
@@ -165,7 +164,7 @@ class Watch:
         except LostProcessError as error:
             raise self._death(error.status) from None
         if answer.error is not None:
-            self._worker.is_idle = False  # what a failed run has left in memory is not for the next one
+            self._worker.is_idle = False  # not used again, as a failed run may leave memory in use
             raise self._failure(answer.error, answer.details)
         return self._with_talk(answer.result, answer.peak_memory)
 
@@ -173,7 +172,7 @@ class Watch:
         if kind == "signal":
             raise Interrupted
         if kind == "talk":
-            self._hear(event)
+            self._take_line(event)
         if kind != "event":
             return
         if isinstance(event, PhaseStarted):
@@ -186,30 +185,30 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # minutes on a slow machine, in which nothing is read
+            compiles = isinstance(event, Compiling) and event.is_going_on  # the reading waits, on a slow machine for minutes
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 
-    def _hear(self, line: str) -> None:
+    def _take_line(self, line: str) -> None:
         talk = parse_talk(line)
         if talk.step is not None:
-            self._speaker = talk.step
+            self._step = talk.step
         elif talk.fraction is not None:
-            if self._speaker:
-                self._on_event(StepProgress(self._speaker, talk.fraction))
+            if self._step:
+                self._on_event(StepProgress(self._step, talk.fraction))
         else:
             self._tail.append(line)
             if talk.level is not None and talk.text:
                 is_warning = talk.level == _WARNING
-                self._heard[self._speaker, is_warning].append(talk.text)
-                if self._speaker:
-                    self._on_event(Message(talk.text, "warning" if is_warning else "info", self._speaker))
+                self._texts[self._step, is_warning].append(talk.text)
+                if self._step:
+                    self._on_event(Message(talk.text, "warning" if is_warning else "info", self._step))
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
-        """The report with what MeshLab said meanwhile."""
-        warned = sorted(step for step, is_warning in self._heard if is_warning)
-        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n in warned for text in self._heard[n, True]]
-        steps = [replace(step, messages=(*self._heard[n, False], *step.messages)) for n, step in enumerate(report.steps, 1)]
+        """The report with MeshLab's messages and warnings."""
+        warned = sorted(step for step, is_warning in self._texts if is_warning)
+        warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n in warned for text in self._texts[n, True]]
+        steps = [replace(step, messages=(*self._texts[n, False], *step.messages)) for n, step in enumerate(report.steps, 1)]
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
 
     def _death(self, status: int) -> RunError:
@@ -239,7 +238,7 @@ class Watch:
 
 
 MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
-#: does the work of a run: is given the job, the staging folder, what takes signals, and what to call with each event
+#: does the work of a run, given the job, the staging folder, the queue of signals, and the callback for events
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
 
@@ -256,21 +255,21 @@ def run_job(
     work: Work | None = None,
     also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
 ) -> RunResult:
-    """Carry out a job: everything is checked, the work is done, and the files appear whole or not at all.
+    """Carry out a job: check everything, do the work, and write all files completely, or none.
 
     Args:
         job: what to do.
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
         workers: lends the process that does the work; None starts one.
-        work: does the work otherwise.
-        also: makes further files, which appear with the output or not at all; it is given the result as it is staged.
+        work: a function that does the work instead of one process.
+        also: makes further files from the staged result; they appear together with the output.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
-        ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scan is not known.
+        ParameterError: there are limits, but measures are off; or a length has a unit, but the unit of the scan is not known.
         InputError, OutputError: a file cannot be read; the output cannot or must not be written.
-        StepFailedError, WorkerDied: a filter could not do its work, or ended the worker process.
-        GuardBroken, RunTimeout, OutOfMemory: the result goes beyond a limit, or the run needed more than it was given.
+        StepFailedError, WorkerDied: a filter failed, or ended the worker process.
+        GuardBroken, RunTimeout, OutOfMemory: the result breaks a limit, or the run needed more time or memory than it may use.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
@@ -296,21 +295,21 @@ def run_job(
         interrupts.check()
         seconds = time.monotonic() - clock
         if report.output is None:
-            _check_outputs(job)  # again, as files may have come meanwhile
+            _check_outputs(job)  # again, as other programs may have written files since
             place(report.maps, stage)
             raise GuardBroken(report.breaches, [file.target for file in report.maps])
         record = report.record(job, started=started, seconds=seconds)
         provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
         output, *side_files = report.staged
-        more: Sequence[StagedFile] = ()
+        further: Sequence[StagedFile] = ()
         if also is not None:
             staged = RunResult.of(job, record, [file.staged for file in side_files], [file.staged for file in report.maps])
             with interrupts.lifted():
-                more = also(replace(staged, output=output.staged, provenance=provenance.staged))
+                further = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
-        place([*side_files, *report.maps, *more, output, provenance], stage, outdated=provenance.target)
-        remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
+        place([*side_files, *report.maps, *further, output, provenance], stage, outdated=provenance.target)
+        remove_folder(stage)  # before the worker ends: the worker removes the folder if this process is killed here
     return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 
 
@@ -322,7 +321,7 @@ def _check_outputs(job: Job) -> None:
 
 
 def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
-    """Let one process do the work."""
+    """Do the work in one process of the pool."""
     limit = this_system().usable_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)
     order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)
@@ -331,7 +330,7 @@ def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Item
 
 
 def carry_out(job: Job, stage: Path) -> Report:
-    """The work of a run, in the process that does it."""
+    """Do the work of a run in this process."""
     from .session import Session
 
     return Session(job, stage, report_event).run()

@@ -1,4 +1,4 @@
-"""Trials of recipes on a scan: the error at held-out vertices, and the relief that is lost."""
+"""Tries recipes on a scan: measures the prediction error at held-out vertices, and the relief that is lost."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from .supervise import run_job
 
 
 def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
-    """The steps of a recipe that smooth, without those that delete; None if there are none.
+    """The smoothing steps of a recipe that keep the number of faces; None if there are none.
 
     Args:
         recipe: the recipe.
-        chosen: the step of normal filtering with the values that were found for the scan, which need not be found again.
+        chosen: a step with values that were chosen for the scan; it replaces the recipe's step with the same filter.
     """
     steps = [
         step
@@ -44,25 +44,26 @@ def trials(
 ) -> dict[str, Trial]:
     """Try scripts on a sample of a scan.
 
-    On a scan with noise sets of vertices, no two of a set neighbours, are put where the others say, and the distance of each
-    result from their real places is measured; what is done to the surface counts, not what slides along it.
+    On a scan with noise, sets of vertices without neighbours in the set are held out: each starts where its neighbours predict
+    it. The error of a script is the distance of its result from the measured vertices, along the normals; motion within the
+    surface does not count.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        scripts: those to try, by name.
+        scripts: the scripts to try, by name.
         clean: whether the scan has no noise.
-        timeout: seconds for each.
+        timeout: the time limit of each script in seconds.
 
     Returns:
-        By name; a script that fails is left out, and all are where no vertex can be held out.
+        The trials by name, without scripts that failed; empty if no vertex can be held out.
     """
     scan = Scan.of(vertices, faces)
     scored = np.flatnonzero(scan.scored).astype(np.int32)
     sets = [scored] if clean else held_out_vertices(scan.points, scan.faces, scored=scan.scored, masks=tuned.MASKS)
     if not any(map(len, sets)):
         return {}
-    # What is automatic is chosen on the scan as it is.
+    # Automatic sizes are chosen on the measured vertices, and used again when vertices are held out.
     results, explicit = dict[str, Floats](), dict[str, Script]()
     for name, points, script in _results(scan.points, scan.faces, scripts, timeout):
         results[name], explicit[name] = points, script
@@ -79,19 +80,19 @@ def trials(
     scores = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)]))
     (before, *errors), (_, *ties) = scores.errors.tolist(), scores.within(0.0 if clean else tuned.STAYS).tolist()
     level = 0.0 if clean else scan.noise.deviation
-    tells = clean or not scan.has_impulses
-    found = dict[str, Trial]()
+    shows_relief = clean or not scan.has_impulses
+    trial_of = dict[str, Trial]()
     for name, error, tied in zip(explicit, errors, ties, strict=True):
-        lost = tells and relief_lost(scan.points, results[name], scan.faces, noise=level)
-        share, shortest = lost or (None, 0.0)
-        found[name] = Trial(error, before, share, shortest, tied)
-    return found
+        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=level)
+        share, shortest = loss or (None, 0.0)
+        trial_of[name] = Trial(error, before, share, shortest, tied)
+    return trial_of
 
 
 def _results(
     points: Floats, faces: Ints, scripts: Mapping[str, Script], timeout: float | None
 ) -> Iterator[tuple[str, Floats, Script]]:
-    """The name, the vertices and the script with the sizes that it found, of each that does not fail."""
+    """Run the scripts; for each that does not fail: its name, its result, and the script with its automatic sizes filled in."""
     from ..files.ply_write import write_ply
 
     with tempfile.TemporaryDirectory(prefix="pymeshfair-trials-") as folder:
@@ -101,13 +102,13 @@ def _results(
         for name, script in scripts.items():
             job = Job(Recipe(name, script), source, target, measures=False, overwrite=True, timeout=timeout)
             try:
-                steps = run_job(job).steps
+                reports = run_job(job).steps
             except PymeshfairError:
                 continue
-            found = [
+            steps = [
                 step.with_values({"detail_size": str(report.values["chosen"])})
                 if report.parameters.get("detail_size") == "auto" and report.values["chosen"]
                 else step
-                for step, report in zip(script.steps, steps, strict=True)
+                for step, report in zip(script.steps, reports, strict=True)
             ]
-            yield name, read_file(target).mesh.vertices, script.with_steps(found)
+            yield name, read_file(target).mesh.vertices, script.with_steps(steps)

@@ -28,7 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: of the diagonal, how far the numbers of a .3mf file may be apart, which has a random number and so other bytes each time
+#: the tolerance for .3mf files, as a share of the diagonal; a random number in them makes their bytes differ each time
 _ROUNDING = 1e-6
 
 
@@ -36,9 +36,9 @@ _ROUNDING = 1e-6
 class Verification:
     """The result of a repeated run."""
 
-    verdict: Verdict  # in two words
+    verdict: Verdict
     findings: tuple[str, ...] = ()  # sentences that say what differs, and where
-    notes: tuple[str, ...] = ()  # sentences about what has changed and made no difference
+    notes: tuple[str, ...] = ()  # sentences on changes that made no difference
 
 
 def verify_output(
@@ -52,21 +52,21 @@ def verify_output(
     on_event: Callable[[Event], None] = lambda event: None,
     by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
-    """Check an output against the provenance beside it, and make it again from what that says.
+    """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
-    The provenance may come from a stranger. So its recipe is compared with the one that is shipped, or with the recipe's
-    file; and what weakens a run must be allowed again, `allow_outside` and `unchecked`. With `recorded` the recipe in the
-    provenance is taken even if the recipe's file has changed since, or there is none.
+    The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file,
+    unless `recorded` accepts it without that. The options that weaken a run, `allow_outside` and `unchecked`, must be given
+    again.
 
     Raises:
-        OutputError: it has no provenance, or one that cannot be understood.
-        ParameterError: the run was allowed what is not allowed now.
+        OutputError: the output has no provenance, or one that cannot be understood.
+        ParameterError: the run had an option that must be given again, and is not.
         RunError: the run failed.
     """
     output = Path(output).absolute()
     record = read_provenance(output)
     if record is None:
-        raise OutputError(output, f"nothing is known of how it was made: there is no {provenance_path(output).name} of ours")
+        raise OutputError(output, f"nothing is known of how it was made: pymeshfair wrote no {provenance_path(output).name}")
     with tempfile.TemporaryDirectory(prefix="pymeshfair-verify-") as folder:
         again = Path(folder) / output.name
         try:
@@ -84,13 +84,13 @@ def verify_output(
 
 
 class _Plan(NamedTuple):
-    """The run that makes an output again."""
+    """The plan to repeat a run."""
 
     job: Job
     files: Sequence[str]  # the names of the output and its side files
-    unrepeatable: Mapping[str, float]  # what is random in it, with how far results are apart, as a share of the diagonal
-    versions: Sequence[str]  # sentences about those that are others now
-    notes: Sequence[str]
+    unrepeatable: Mapping[str, float]  # the random filters, each with the tolerance for its results as a share of the diagonal
+    versions: Sequence[str]  # sentences on versions that have changed
+    notes: Sequence[str]  # sentences on the recipe
 
 
 def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: bool) -> Verification | _Plan:
@@ -116,50 +116,50 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
-    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # no byte of the output depends on it
+    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on it
     files = [Path(str(entry["path"])).name for entry in entries]
     _occupy(files[1:], again)
-    apart, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
-    unrepeatable = {name: apart[name] for name in names if name in apart}
+    tolerances, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
+    unrepeatable = {name: tolerances[name] for name in names if name in tolerances}
     unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(output) == "3mf" else {}
-    was = record["versions"].items()
-    others = [f"{name} was {version}, and is {now.get(name)}" for name, version in was if version != now.get(name)]
-    return _Plan(job, files, unrepeatable, others, [text for text in (differs, source_of_recipe) if text])
+    recorded_versions = record["versions"].items()
+    changes = [f"{name} was {version}, and is {now.get(name)}" for name, version in recorded_versions if version != now.get(name)]
+    return _Plan(job, files, unrepeatable, changes, [text for text in (differs, source_of_recipe) if text])
 
 
 def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
-    made = {name: again.with_name(name) for name in plan.files}
-    different = [name for name, path in made.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
+    path_of = {name: again.with_name(name) for name in plan.files}
+    different = [name for name, path in path_of.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
     if not different:
         return Verification("identical", notes=(*plan.notes, *plan.versions))
     sentences = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
         sentences.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
-        apart = list(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
-        if not apart:
+        differences = list(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
+        if not differences:
             return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *sentences))
-        sentences += apart
+        sentences += differences
     return Verification("other versions" if plan.versions else "not repeated", (*sentences, *plan.versions), tuple(plan.notes))
 
 
 def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:
-    """The files that are not what an entry says; those beside the output may have been moved with it."""
+    """Sentences on files that differ from their entries; with a `folder` they are looked up there, as they may have moved."""
     for entry in entries:
         path = Path(entry["path"]) if folder is None else folder / Path(entry["path"]).name
         if not path.is_file():
             yield f"{path} is not there any more"
         elif path.stat().st_size != entry["bytes"] or sha256_of(path) != entry["sha256"]:
-            yield f"{path} is not what it was (its SHA-256 is another one)"
+            yield f"{path} is not what it was (its SHA-256 is different)"
 
 
 def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
-    """The recipe that a record holds; what is different about it now, or nothing; where it is from, if it is none of ours."""
+    """The recipe in a record; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
-        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is another one", ""
+        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is different", ""
     if entry["file"] is None:
-        return recipe, "the recipe was no file, so that there is nothing to compare the one in the provenance with", ""
+        return recipe, "the recipe was not in a file, so the one in the provenance cannot be compared with a file", ""
     file = Path(entry["file"])
     shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
     is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))
@@ -171,27 +171,27 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     except PymeshfairError as error:
         return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
     differs = "" if now == text else f"the recipe's file {file} says something else than when it was run"
-    return recipe, differs, "" if is_ours else f"the recipe is that of {file}"
+    return recipe, differs, "" if is_ours else f"the recipe is from {file}"
 
 
 def _occupy(names: Sequence[str], again: Path) -> None:
-    """Put a file where the first run found one and so gave a texture another name, so that it gets that name again."""
+    """Create files with the names that the first run found in use, so that textures are renamed in the same way."""
     for name in names:
         if match := re.fullmatch(rf"{re.escape(again.stem)}-(?:(\d+)-)?(.+)", name):
-            tried = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
-            for taken in tried[: tried.index(name) if name in tried else None]:
-                again.with_name(taken).write_bytes(b"")
+            candidates = [match[2], f"{again.stem}-{match[2]}", *(f"{again.stem}-{k}-{match[2]}" for k in range(2, 100))]
+            for occupied in candidates[: candidates.index(name) if name in candidates else None]:
+                again.with_name(occupied).write_bytes(b"")
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
     """The differences of two results of a random filter that are larger than chance explains."""
-    for what, had, has in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
-        if had != has:
-            yield f"it had {had:,} {what}, and has {has:,} now"
+    for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
+        if old != new:
+            yield f"it had {old:,} {kind}, and has {new:,} now"
             return
     diagonal = float(np.linalg.norm(np.ptp(one.vertices, axis=0)))
     middles = [mesh.vertices[mesh.faces].mean(axis=1) for mesh in (one, other)]
-    for what, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
+    for kind, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
         far = max(float(spatial.cKDTree(q).query(p)[0].max()) for p, q in ((a, b), (b, a))) if len(a) else 0.0
         if far > tolerance * diagonal:
-            yield f"a {what} is {far / diagonal:.2g} diagonals from the nearest one, and chance makes {tolerance:g} at most"
+            yield f"a {kind} is {far / diagonal:.2g} diagonals from the nearest one; random differences are at most {tolerance:g}"

@@ -1,4 +1,4 @@
-"""Scripts with other values or one more step.
+"""Changes scripts: sets other values, or adds a step.
 
 A command line sets a setting, ``detail_size=4edge``, or a step's parameter, ``taubin.lambda=0.4``.
 """
@@ -15,10 +15,10 @@ from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
-    """The script with these values put over its own; later ones win.
+    """The script with these values in place of its own; of two texts for one parameter, the later one wins.
 
-    Each is ``NAME=VALUE``, NAME a setting, or ``STEP.PARAM=VALUE``, STEP the tag of one step or several, a number from 1, or a
-    filter's name or a part of it that fits a single step. How VALUE is written depends on the parameter: see `parse_value`.
+    A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have,
+    a number from 1, or a filter's name, or a part of a name that fits a single step. `parse_value` says how VALUE is written.
     """
     for text in overrides:
         place, equals, value = text.partition("=")
@@ -45,31 +45,31 @@ def _with_setting(script: Script, name: str, value: str) -> Script:
     settings = tuple(replace(s, default=value) if s.name == name else s for s in script.settings)
     steps = []
     for step in script.steps:
-        values = _read(step.filter, {p: value for p, setting in step.settings.items() if setting == name})
+        values = _parsed(step.filter, {p: value for p, setting in step.settings.items() if setting == name})
         steps.append(replace(step, values=step.filter.in_order({**step.values, **values})))
     return replace(script, steps=tuple(steps), settings=settings)
 
 
-def _read(declared: Filter, texts: Mapping[str, str]) -> dict[str, Any]:
-    """The values of a filter that texts give to parameters."""
+def _parsed(declared: Filter, texts: Mapping[str, str]) -> dict[str, Any]:
+    """The values of a filter's parameters, from their texts."""
     values = {name: parse_value(declared.parameter(name), text) for name, text in texts.items()}
     check_expressions(declared, values)
     return values
 
 
 def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Script:
-    """The script with another value for a parameter of one step, or of all steps of a tag that have it."""
+    """The script with another value for a parameter of one step, or of all steps that have the tag and the parameter."""
     steps = list(script.steps)
     tagged = [i for i, step in enumerate(steps) if step.tag == step_name]
-    having = [i for i in tagged if any(name in (p.name, p.xml_name) for p in steps[i].filter.parameters)]
-    for index in having or tagged[:1] or [_step_index(steps, step_name)]:
+    with_parameter = [i for i in tagged if any(name in (p.name, p.xml_name) for p in steps[i].filter.parameters)]
+    for index in with_parameter or tagged[:1] or [_step_index(steps, step_name)]:
         declared = steps[index].filter
         names = {n: p.name for p in declared.parameters for n in (p.name, p.xml_name)}
         if name not in names:
             words = hint(name, names, f"it has {', '.join(declared.defaults) or 'none'}")
-            near = nearest(name, names)
-            raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}; {words}", suggestion=near)
-        steps[index] = steps[index].with_checked(_read(declared, {names[name]: value}))
+            suggestion = nearest(name, names)
+            raise UnknownNameError(f"filter {declared.name!r} has no parameter {name!r}; {words}", suggestion=suggestion)
+        steps[index] = steps[index].with_checked(_parsed(declared, {names[name]: value}))
     return script.with_steps(steps)
 
 
@@ -81,26 +81,26 @@ def _step_index(steps: Sequence[Step], name: str) -> int:
         if not 1 <= int(name) <= len(steps):
             raise UnknownNameError(f"there is no step {name}; {it_has}")
         return int(name) - 1
-    exact = [i for i, both in enumerate(names) if name in both]
-    indices = exact or [i for i, both in enumerate(names) if any(plain_name(name) in plain_name(n) for n in both)]
+    exact = [i for i, pair in enumerate(names) if name in pair]
+    indices = exact or [i for i, pair in enumerate(names) if any(plain_name(name) in plain_name(n) for n in pair)]
     if len(indices) == 1:
         return indices[0]
     if indices:
         several = ", ".join(f"{i + 1} ({names[i][1]})" for i in indices)
         raise UnknownNameError(f"{name!r} fits several steps, {several}; give the step's number")
-    every = [n for both in names for n in (*both, *both[1].split())]
-    raise UnknownNameError(f"no step's filter is called {name!r}; {hint(name, every, it_has)}", suggestion=nearest(name, every))
+    words = [n for pair in names for n in (*pair, *pair[1].split())]
+    raise UnknownNameError(f"no step's filter is called {name!r}; {hint(name, words, it_has)}", suggestion=nearest(name, words))
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
-    """The script with one more step, some of whose values may be settings."""
+    """The script with one more step; `values` may hold settings, which become settings of the script."""
     used = {name: value for name, value in values.items() if isinstance(value, Setting)}
-    checked = declared.check({**values, **_read(declared, {name: setting.default for name, setting in used.items()})})
+    checked = declared.check({**values, **_parsed(declared, {name: setting.default for name, setting in used.items()})})
     check_expressions(declared, checked)
     settings = {setting.name: setting for setting in script.settings}
     for new in used.values():
         if settings.setdefault(new.name, new) != new:
-            there = settings[new.name].default
-            raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {there}")
+            default = settings[new.name].default
+            raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {default}")
     step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
     return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))

@@ -1,7 +1,7 @@
-"""What a recipe says in numbers: for which scans it is, and the limits of its result, which a command may set, too.
+"""The conditions of a recipe for scans, and the limits on its result, which a command may set, too.
 
-The ``Fits:`` paragraph at its head, ``Fits: mesh, noise 0.1 to 0.4 edges, sharp``, has conditions between commas. Each is a word,
-or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before a word turns it round.
+The ``Fits:`` paragraph of a recipe's head lists conditions, as in ``Fits: mesh, noise 0.1 to 0.4 edges, sharp``. Each is a word,
+or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before a word negates it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any
 from ..declaration import Length
 from ..errors import ParameterError, hint, nearest
 
-SHARP = 0.68  # the share of the bending at sharp edges of a sharp surface: machine parts have 0.7, figures up to 0.66
-ONE_SIDED = 0.4  # the share at which a surface counts as seen from one side, a range map: half a ball has 0.5
+SHARP = 0.68  # a surface is sharp if this share of its bending is at sharp edges: machine parts have 0.7, figures up to 0.66
+ONE_SIDED = 0.4  # a surface is a range map, seen from one side, if its trait `facing` is at least this: half a ball has 0.5
 
-#: word: the trait, its least and most, and the words where it holds and where it does not
+#: by word: the trait, its lower and upper bound, and the texts for a scan within the bounds and outside
 WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "mesh": ("mesh", 1, 1, "there are faces", "there are no faces"),
     "cloud": ("cloud", 1, 1, "there are points alone", "there are faces or edges"),
@@ -31,9 +31,9 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
     "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
 }
-#: quantities of which there are so many, and those that a sentence names with an article
+#: the quantities that are counts, and those that need an article in a sentence
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
-#: quantity, which is a trait: the unit that follows the number, if any
+#: by quantity, which is the name of a trait: the unit after the number, if any
 QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
 UNKNOWN = "is not known"  # the end of the sentence about a trait that could not be measured
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
@@ -44,21 +44,21 @@ _BOUNDS = re.compile(
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition."""
+    """One condition of a recipe for scans."""
 
-    text: str  # as the recipe says it
-    trait: str  # the measured trait, by name
-    least: float  # the bound below
-    most: float  # the bound above
-    outside: bool = False  # whether the trait must be beyond the bounds, as after ``no``
+    text: str  # as the recipe writes it
+    trait: str  # the name of the trait
+    least: float  # the lower bound
+    most: float  # the upper bound
+    outside: bool = False  # whether the trait must lie outside the bounds, as after ``no``
 
     def is_met(self, traits: Mapping[str, float]) -> bool:
-        """Whether a scan with these traits is meant; never where the trait is not known."""
+        """Whether a scan with these traits meets the condition; False if the trait is not known."""
         value = traits.get(self.trait)
         return value is not None and (self.least <= value <= self.most) != self.outside
 
     def found(self, traits: Mapping[str, float]) -> str:
-        """The trait of the scan, as the end of a sentence."""
+        """The trait of a scan, as the end of a sentence."""
         value = traits.get(self.trait)
         if value is None:
             return f"its {self.trait} {UNKNOWN}"
@@ -72,16 +72,16 @@ class Condition:
 
 
 def parse_fits(text: str) -> tuple[Condition, ...]:
-    """The conditions of a ``Fits:`` paragraph, without that word; none of an empty text."""
+    """The conditions in the text after ``Fits:``; none in an empty text."""
     parts = re.split(r",\s+", text.strip().removesuffix("."))
     return tuple(_condition(" ".join(part.split())) for part in parts if part.strip())
 
 
 def _condition(text: str) -> Condition:
-    plain = text.removeprefix("no ")
-    if plain in WORDS:
-        trait, least, most, *_ = WORDS[plain]
-        return Condition(text, trait, least, most, outside=plain != text)
+    word = text.removeprefix("no ")
+    if word in WORDS:
+        trait, least, most, *_ = WORDS[word]
+        return Condition(text, trait, least, most, outside=word != text)
     for name, unit in QUANTITIES.items():
         match = _BOUNDS.fullmatch(text.removeprefix(name).strip()) if text.startswith(f"{name} ") else None
         if match is None:
@@ -94,7 +94,7 @@ def _condition(text: str) -> Condition:
             raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
         return Condition(text, name, least, most)
     names = [*WORDS, *QUANTITIES]
-    name = re.split(r"\s+(?:from|up|[0-9.])", plain)[0]
+    name = re.split(r"\s+(?:from|up|[0-9.])", word)[0]
     bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
     raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")
 
@@ -103,7 +103,7 @@ def _condition(text: str) -> Condition:
 
 #: the requirements on a result, and whether each takes a number
 REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "printable"), False) | {"components": True, "genus": True}
-#: the attributes of ``<FilterScript>`` that set guards, by the names of the fields of `Guards`
+#: by field of `Guards`: the attribute of ``<FilterScript>`` that sets it
 ATTRIBUTES = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange"}
 ATTRIBUTES |= {"require": "require", "keep_sharp": "keepSharp"}
 _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
@@ -111,27 +111,27 @@ _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
 
 @dataclass(frozen=True)
 class Guards:
-    """The limits of a run; None and nothing for those that are not set."""
+    """The limits of a run; a limit that is not set is None or empty."""
 
-    max_displacement: Length | None = None  # no vertex of the input that is still there may have moved further
-    max_volume_change: float | None = None  # percent of the volume before, up or down; both meshes must be closed
-    require: tuple[tuple[str, int | None], ...] = ()  # of `REQUIREMENTS`, with the number for those that take one, else None
-    keep_sharp: float | None = None  # percent of the length of the sharp edges near which there must still be one
+    max_displacement: Length | None = None  # the largest displacement of a vertex that the input and the result have
+    max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
+    require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
+    keep_sharp: float | None = None  # the least percent of the sharp edges' length that the result keeps sharp
 
     def __bool__(self) -> bool:
-        """Whether anything is guarded."""
+        """Whether any limit is set."""
         return self != NO_GUARDS
 
     @classmethod
     def parse(cls, texts: Mapping[str, str]) -> Guards:
-        """The guards that texts spell, by the names of the fields; raise `ParameterError` for other names and texts."""
+        """The limits in texts, by field name; raise `ParameterError` for an unknown name or a wrong text."""
         for name in texts.keys() - ATTRIBUTES.keys():
             raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
         return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
-        """The texts that `parse` reads, of the guards that are set."""
+        """The limits that are set, as texts for `parse`."""
 
         def text(limit: Any) -> str:
             if isinstance(limit, tuple):
@@ -141,16 +141,16 @@ class Guards:
         return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
-        """These guards with the ones that `others` sets in their places."""
+        """These limits, with those that are set in `others` in their place."""
         return replace(self, **others._limits)
 
     @property
     def _limits(self) -> dict[str, Any]:
-        """The guards that are set, by name."""
+        """The limits that are set, by name."""
         return {name: limit for name, limit in vars(self).items() if limit not in (None, ())}
 
     def in_mesh_units(self, unit: str | None) -> Guards:
-        """These guards on a scan in that unit of `pymeshfair.declaration.parameters.METRES`, or None if it is not known."""
+        """These limits, with units converted for a scan in `unit`: one of `pymeshfair.declaration.parameters.METRES`, or None."""
         moved = self.max_displacement
         return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 
@@ -159,11 +159,11 @@ NO_GUARDS = Guards()  # no limit at all
 
 
 def refuse_unmeasured(guards: Guards) -> None:
-    """Refuse limits where no measures are taken."""
+    """Refuse limits for a run that takes no measures."""
     if guards:
-        named = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
+        limits = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
         raise ParameterError(
-            f"limits need measures: {named}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
+            f"limits need measures: {limits}; leave out --no-measures (measures=False), or the limits (those of a recipe are "
             "attributes of its <FilterScript>)"
         )
 
@@ -186,12 +186,12 @@ def _percent(name: str, text: str) -> float:
 
 def _requirements(name: str, text: str) -> tuple[tuple[str, int | None], ...]:
     requirements: list[tuple[str, int | None]] = []
-    offered = "it takes " + ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())
+    allowed = "it takes " + ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())
     for part in text.split(","):
         word, sign, number = (piece.strip() for piece in part.partition("="))
         if word not in REQUIREMENTS:
-            raise ParameterError(f"{name}: {word!r} is nothing that can be required; {hint(word, REQUIREMENTS, offered)}")
+            raise ParameterError(f"{name}: {word!r} is no requirement; {hint(word, REQUIREMENTS, allowed)}")
         if bool(sign) != REQUIREMENTS[word] or (sign and not (number.isascii() and number.isdigit() and len(number) < 10)):
-            raise ParameterError(f"{name}: {part.strip()!r}; {offered}")
+            raise ParameterError(f"{name}: {part.strip()!r}; {allowed}")
         requirements.append((word, int(number) if sign else None))
     return tuple(requirements)

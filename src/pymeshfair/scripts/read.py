@@ -25,15 +25,15 @@ from .guards import NO_GUARDS, Guards
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
 from .values import Complaint, parse_value, read_value
 
-MOST_PROBLEMS = 100  # so many of a script are listed at most; so many usually have one cause
+MOST_PROBLEMS = 100  # the most that are listed; more problems usually have one cause
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
 MOST_ATTRIBUTES = 100  # of one element
 LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
-SLIP = 0.87  # a name as much like another was meant to be it; ``Delete Selection`` is not meant to be ``Dilate Selection``
+SLIP = 0.87  # the similarity of a misspelt name; ``Delete Selection`` and ``Dilate Selection`` are less similar
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
-#: the document type twice, as some old programs write it
+#: a document type that is written twice, as by some old programs
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
@@ -51,32 +51,32 @@ class FilterElement:
     """A ``<filter>`` or ``<xmlfilter>``."""
 
     kind: str  # ``"filter"`` or ``"xmlfilter"``
-    name: str | None  # the attribute of that name, or None
+    name: str | None  # its attribute ``name``; None if it is missing
     line: int  # where it begins, counted from 1
-    tag: str = ""  # the attribute of that name; empty if there is none
+    tag: str = ""  # its attribute ``tag``; empty if it is missing
     params: list[ParamElement] = field(default_factory=list)  # its parameters, in the order of the file
 
 
 @dataclass
 class Document:
-    """The elements of a file as they are written, and the problems of its structure; filters and parameters are not checked."""
+    """The elements of a file as written, and the problems of its structure; filters and parameters are not checked yet."""
 
-    name: str  # of the file, for messages
+    name: str  # the name of the file, for messages
     filters: list[FilterElement] = field(default_factory=list)  # in the order of the file
-    comment: str = ""  # the words at its head
+    comment: str = ""  # the text of the head comment
     problems: list[Problem] = field(default_factory=list)
-    guards: Guards = NO_GUARDS  # limits of the result
-    settings: list[Setting] = field(default_factory=list)  # values that have a name
-    unit: str = ""  # of the scans that the script is for; empty if it says none
+    guards: Guards = NO_GUARDS  # the limits on the result
+    settings: list[Setting] = field(default_factory=list)  # the named values
+    unit: str = ""  # the unit of the scans that the script is for; may be empty
 
 
 def read_script(path: str | Path) -> Script:
-    """The script in a file; raise `ScriptError`, which lists every problem, if it cannot be read or its contents are wrong."""
+    """The script in a file; raise `ScriptError`, which lists all problems, if the file cannot be read or has problems."""
     return parse_script(read_bytes(path), str(path), path=Path(path))
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file, at most one byte more than a script may have."""
+    """The contents of a file, cut one byte above the largest size of a script."""
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):
@@ -89,12 +89,12 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
-    """The script in the bytes of an .mlx file, as by `read_script`; `name` stands for the file in messages."""
+    """The script in the bytes of an .mlx file, see `read_script`; messages call the file `name`."""
     return build_script(parse_document(data, name), path)
 
 
 class _EndedError(Exception):
-    """Reading cannot continue; the problem is in the list."""
+    """Reading cannot continue; the problem is already in the list."""
 
 
 def parse_document(data: bytes, name: str) -> Document:
@@ -120,7 +120,7 @@ class _Reader:
         self._parser.ProcessingInstructionHandler = self._instruction
 
     def read(self, data: bytes) -> Document:
-        """The document in some bytes."""
+        """The document in the bytes of a file."""
         with contextlib.suppress(_EndedError):
             self._parse(data)
             if not self._read.filters and not self._read.problems:
@@ -152,7 +152,7 @@ class _Reader:
         self._end_with(message, self._parser.CurrentLineNumber)
 
     def _problem(self, message: str, suggestion: str | None = None, *, lines_ago: int = 0) -> None:
-        """Add a problem, `lines_ago` lines before the parser's line."""
+        """Add a problem that is `lines_ago` lines before the parser's line."""
         line, read = self._parser.CurrentLineNumber - lines_ago, self._read
         filter = None if self._filter is None else self._filter.name
         read.problems.append(Problem(file=read.name, line=line, filter=filter, message=message, suggestion=suggestion))
@@ -202,10 +202,10 @@ class _Reader:
             self._filter = FilterElement(tag, attributes.get("name"), line, attributes.get("tag", ""))
         elif depth == 3 and self._filter and tag in ("Param", "xmlparam")[: 1 + (self._open[1] == "xmlfilter")]:
             self._filter.params.append(ParamElement(attributes, line))
-        elif self._open[1] != "xmlfilter":  # which is reported once
+        elif self._open[1] != "xmlfilter":  # an xmlfilter is one problem, whatever it contains
             expected = {("FilterScript",): "filter", ("FilterScript", "filter"): "Param"}.get(tuple(self._open[:-1]))
-            meant = expected if expected and nearest(tag, [expected]) else None
-            self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", meant)
+            suggestion = expected if expected and nearest(tag, [expected]) else None
+            self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion)
 
     def _end(self, tag: str) -> None:
         self._open.pop()
@@ -239,12 +239,12 @@ class _Reader:
 
 
 def build_script(document: Document, path: Path | None = None) -> Script:
-    """The script that the elements make; raise `ScriptError` if something is wrong with them."""
+    """The script of a document; raise `ScriptError` if there are problems."""
     problems, steps = list(document.problems), list[Step]()
     for element in document.filters:
-        step, wrong = _step(element, partial(Problem, file=document.name, filter=element.name))
+        step, problems_of_step = _step(element, partial(Problem, file=document.name, filter=element.name))
         steps += [] if step is None else [step]
-        problems += wrong
+        problems += problems_of_step
         if len(problems) > MOST_PROBLEMS:
             break
     if not problems:
@@ -259,7 +259,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step that an element means, and what is wrong with it; `complain` makes a problem of its filter."""
+    """The step of an element, None if it has none, and its problems; `complain` makes a problem with its filter."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
@@ -291,7 +291,7 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
 
 
 def _unknown(name: str, cause: str | None) -> Complaint:
-    """The problem with an unknown filter's name, and a suggestion."""
+    """The message about an unknown filter's name, and a suggestion."""
     former = former_filter(name)
     if former is not None:
         return _about_former(former), former.now
@@ -302,27 +302,27 @@ def _unknown(name: str, cause: str | None) -> Complaint:
 
 
 def same_but_case(name: str) -> str | None:
-    """The name of the filter that is written so but for capital letters and spaces; None if there is none."""
+    """The name of the filter that differs from `name` only in capital letters and spaces; None if there is none."""
     plain = plain_name(name)
     return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
 
 
 def _about_former(former: Former) -> str:
-    """The sentence about a filter that has another name today, or that there is no more or never was."""
+    """The sentence about a filter that was renamed or dropped, or that never existed."""
     if former.idle:
         return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
     if former.now is None:
-        which = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
-        return f"there is no such filter today: {former.note}{which}"
+        advice = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
+        return f"there is no such filter today: {former.note}{advice}"
     if former.invented:
         note = f": {former.note}" if former.note else ""
-        return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
+        return f"no MeshLab has had a filter of that name; {former.now!r} is the closest one{note}"
     sets = "".join(f"; give it the parameter {name} with the value {text}" for name, text in former.sets.items())
     return f"MeshLab has renamed this filter to {former.now!r}{sets}; `pymeshfair upgrade` rewrites it"
 
 
 def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
-    """Today's form of an old parameter, as the end of a sentence, and the parameter to write instead; empty if not known."""
+    """Today's form of an old parameter, as the end of a sentence, or ""; and the parameter to write instead, or None."""
     if name in former.renames:
         return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
     if name in former.turns:
@@ -334,7 +334,7 @@ def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
-    """Put the value of an element among those of its filter; what is wrong with it."""
+    """Add the value of an element to the filter's `values`; return the complaints about it."""
     name = param.attributes.get("name")
     if name is None:
         return [("<Param> has no name; MeshLab would drop it", None)]
@@ -353,7 +353,7 @@ def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) ->
 
 
 def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Problem]:
-    """Names that stand twice or for nothing, and defaults that are not the values of the steps that use them."""
+    """Problems of settings: repeated, missing and unused names, and defaults that differ from the values in the steps."""
     by_name: dict[str, Setting] = {}
     for setting in document.settings:
         if setting.name in by_name:
@@ -361,26 +361,26 @@ def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Pro
             yield Problem(file=document.name, line=setting.line, message=words)
         by_name.setdefault(setting.name, setting)
     for step in steps:
-        for name, wanted in step.settings.items():
-            if (wrong := _disagreement(step, name, by_name.get(wanted), wanted)) is not None:
-                place = partial(Problem, file=document.name, line=step.line, filter=step.filter.name)
-                near = None if wanted in by_name else nearest(wanted, by_name)
-                yield place(parameter=step.filter.parameter(name).xml_name, message=wrong, suggestion=near)
-    used = {wanted for step in steps for wanted in step.settings.values()}
+        for parameter, name in step.settings.items():
+            if (message := _disagreement(step, parameter, by_name.get(name), name)) is not None:
+                problem = partial(Problem, file=document.name, line=step.line, filter=step.filter.name)
+                suggestion = None if name in by_name else nearest(name, by_name)
+                yield problem(parameter=step.filter.parameter(parameter).xml_name, message=message, suggestion=suggestion)
+    used = {name for step in steps for name in step.settings.values()}
     for setting in by_name.values():
         if setting.name not in used:
             words = f"no step uses the setting {setting.name!r}; write setting={setting.name!r} in a <Param>, or leave it out"
             yield Problem(file=document.name, line=setting.line, message=words)
 
 
-def _disagreement(step: Step, name: str, setting: Setting | None, wanted: str) -> str | None:
+def _disagreement(step: Step, parameter: str, setting: Setting | None, name: str) -> str | None:
     if setting is None:
-        return f"is set by {shortened(wanted)!r}, and the recipe has no setting of that name"
+        return f"is set by {shortened(name)!r}, and the recipe has no setting of that name"
     try:
-        value = parse_value(step.filter.parameter(name), setting.default)
+        value = parse_value(step.filter.parameter(parameter), setting.default)
     except ParameterError as error:
-        return f"cannot take the default {shortened(setting.default)!r} of the setting {wanted!r}: {error}"
-    if value != step.values[name]:
-        own = shortened(str(step.values[name]))
-        return f"is {own}, but the default of its setting {wanted!r} is {shortened(setting.default)}; MeshLab would run the first"
+        return f"cannot take the default {shortened(setting.default)!r} of the setting {name!r}: {error}"
+    if value != step.values[parameter]:
+        text = shortened(str(step.values[parameter]))
+        return f"is {text}, but the default of its setting {name!r} is {shortened(setting.default)}; MeshLab would run the first"
     return None

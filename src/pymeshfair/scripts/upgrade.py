@@ -1,7 +1,7 @@
 """Brings a script of an older MeshLab up to date, from the table of facts about former filters and parameters.
 
-Every change states whether the script keeps its meaning, and if not, what it does now. Filters without a fact stay as they are
-and are refused as in any other script. Upgrading an upgraded script changes nothing.
+Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay as they are, and are
+refused as in any other script. Upgrading an upgraded script changes nothing.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ from .script import Change, Script, Step
 from .values import OLD_TYPES, Attributes, parsed, spelled, type_complaints
 
 _GONE = "is left out, as MeshLab has dropped it"
-_UNHEARD_OF = "no version of MeshLab has such a parameter; all ignore it"
+_NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
 _DELETED = "it deleted the input, the result or both, by version; now nothing is deleted, and the result is current"
@@ -29,9 +29,9 @@ _WHOLE = "without it only the faces that closed the holes were worked on; now it
 
 @dataclass(frozen=True)
 class Upgrade:
-    """A script as today's MeshLab runs it."""
+    """An upgraded script, for today's MeshLab."""
 
-    script: Script  # the steps
+    script: Script  # the script in its new form
     changes: tuple[Change, ...]  # in the order of the old script; empty if it was up to date
 
     @property
@@ -41,9 +41,9 @@ class Upgrade:
 
 
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgrade:
-    """The upgraded script in the bytes of an .mlx file, as by `parse_script`."""
+    """Upgrade the script in the bytes of an .mlx file; the arguments are those of `parse_script`."""
     changes: list[Change] = []
-    # blanks in the place of the second, so that all else stays in its place
+    # Blanks replace the second document type, so that problems keep their lines.
     once = SECOND_DOCUMENT_TYPE.sub(lambda m: m[1].ljust(len(m[0])), data[: 1 << 16]) + data[1 << 16 :]
     if once != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
@@ -52,7 +52,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
     aged, always_current = False, set[int]()
     for element in document.filters:
         former = former_filter(element.name or "")
-        # Only an older MeshLab can have written some elements.
+        # Some elements can only come from an older MeshLab.
         aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)
         aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
@@ -69,7 +69,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
 
 
 def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement | None, list[Change]]:
-    """Today's element, None if it is left out, and the changes; `values` are those of its parameters."""
+    """The element in today's form, None if it is left out, and the changes; `values` are the texts of its parameters."""
     name = element.name
     if name is None:
         return element, []
@@ -104,7 +104,7 @@ def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement
 
 
 def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Former]) -> tuple[list[ParamElement], list[Change]]:
-    """The parameters for today's filter, and the changes; one without a name stays, to be refused."""
+    """The parameters for today's filter, and the changes; a parameter without a name stays, and is refused later."""
     params: dict[object, ParamElement] = {}
     changes: list[Change] = []
     declared = {p.xml_name: p for p in today.parameters}
@@ -134,7 +134,7 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
             meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
             changes.append(note(what="is given once", meaning=meaning))
         attributes, parameter = {**param.attributes, "name": target}, declared[target]
-        if any(target in former.relabelled for former in facts):  # the number does what it did, whatever its word
+        if any(target in former.relabelled for former in facts):  # choices have new words, but their numbers mean the same
             attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
         params[target] = _typed(parameter, attributes, param.line)
         if is_typed:
@@ -146,7 +146,7 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
 def _fact(
     facts: Sequence[Former], name: str, value: str, declared: Mapping[str, Parameter]
 ) -> str | Mapping[str, str] | tuple[str, str]:
-    """Today's name of a parameter, or equivalent values by name, or why it is left out and what that means."""
+    """Today's name of a parameter; or equal values of today's parameters; or why it is left out, and what that changes."""
     for former in facts:
         if name in former.renames:
             return former.renames[name]
@@ -163,11 +163,11 @@ def _fact(
     if len(by_case) == 1:
         return by_case[0]
     near = nearest(name, declared, cutoff=SLIP)
-    return "is left out", _UNHEARD_OF + (f"; if {near!r} is meant, write that" if near else "")
+    return "is left out", _NEVER_EXISTED + (f"; if {near!r} is meant, write that" if near else "")
 
 
 def _typed(parameter: Parameter, attributes: Attributes, line: int) -> ParamElement:
-    """The element with the type and attributes that MeshLab needs; unchanged if the value cannot be read as that type."""
+    """The element with the type and attributes that MeshLab needs; unchanged if the value is not of that type."""
     typed = dict(attributes)
     numbers = [] if isinstance(parameter, Bool | String | Shot) else spelled(parameter, attributes)
     if isinstance(parameter, Bool):
@@ -210,7 +210,7 @@ def _type_changes(
 def _upgraded_steps(
     script: Script, names: Mapping[int, str], aged: bool, always_current: set[int]
 ) -> tuple[Script, list[Change]]:
-    """The script with steps that do together what was meant, and what was changed."""
+    """The script with its steps fitted to today's rules for the current layer and the selection, and the changes."""
     deleting, steps, changes = set(deletes_result(script.steps)), list[Step](), list[Change]()
     for index, step in enumerate(script.steps):
         line = step.line or 0
@@ -249,7 +249,7 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of the steps that work on the faces that Close Holes has selected, as they do not say ``Selected``."""
+    """The indices of the steps without ``Selected``, which work only on the faces that Close Holes has selected."""
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name
@@ -262,7 +262,7 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with absolute lengths in percent of the diagonal of the mesh that it was written for; 0 stays 0."""
+    """The script with absolute lengths in percent of the diagonal of its mesh; 0 stays 0."""
 
     def relative(step: Step) -> Step:
         lengths = {n: v for n, v in step.values.items() if isinstance(v, Length) and v.unit == "absolute" and v.amount}

@@ -1,7 +1,7 @@
-"""Values of parameters as texts: in a command line and in settings, and in the attributes of a ``<Param>``.
+"""Reads and writes values of parameters as texts: on the command line, in settings, and in the attributes of a ``<Param>``.
 
-MeshLab drops what it cannot read, or takes 0 in its place. Here everything that is wrong with a ``<Param>`` is a complaint, and
-so is a text that MeshLab's muParser cannot evaluate; any variable will do, as custom attributes of the mesh are some.
+MeshLab drops a value that it cannot read, or takes 0. Here every fault of a ``<Param>`` is a complaint, and so is an expression
+that MeshLab's muParser cannot evaluate. All names of variables are valid, as custom attributes of the mesh are variables.
 """
 
 import contextlib
@@ -16,9 +16,9 @@ from ..errors import ParameterError
 from .script import shortened
 
 Attributes = Mapping[str, str]
-Complaint = tuple[str, "str | None"]  # the mistake, and the text to write instead
+Complaint = tuple[str, "str | None"]  # the mistake, and the text to write instead, if one is likely
 
-#: the attributes that have the numbers of a value, by the type of the parameter; of all others ``value``
+#: by type of parameter: the attributes that hold the numbers of a value; for all other types ``value``
 _ATTRIBUTES: Mapping[str, Sequence[str]] = {
     "RichPosition": "xyz",
     "RichDirection": "xyz",
@@ -26,22 +26,22 @@ _ATTRIBUTES: Mapping[str, Sequence[str]] = {
     "RichMatrix44f": [f"val{i}" for i in range(16)],
 }
 _NUMBERS, _POINTS = ("RichFloat", "RichDynamicFloat", "RichAbsPerc"), ("RichPosition", "RichDirection")
-#: the types that MeshLab reads into the same kind of value, by the parameter's own type
+#: by type of parameter: the types that MeshLab reads as the same kind of value
 _ACCEPTED: Mapping[str, Sequence[str]] = {
     **dict.fromkeys(_NUMBERS, _NUMBERS),
     **dict.fromkeys(_POINTS, _POINTS),
     **{name: (name, "RichInt") for name in ("RichEnum", "RichMesh")},
     **{name: (name, "RichString") for name in ("RichOpenFile", "RichSaveFile")},
 }
-#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
+#: by type of parameter: the attributes without which MeshLab drops it, and whether each is a whole number
 _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichDynamicFloat": {"min": False, "max": False},
     "RichAbsPerc": {"min": False, "max": False},
     "RichEnum": {"enum_cardinality": True},
     "RichOpenFile": {"exts_cardinality": True},
 }
-OLD_TYPES = frozenset({"RichPoint3f"})  # names that types once had
-_MOST_CHOICES = 1000  # MeshLab allocates as many words as a script announces
+OLD_TYPES = frozenset({"RichPoint3f"})  # former names of types
+_MOST_CHOICES = 1000  # a limit, as MeshLab allocates as many words as a script announces
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -50,7 +50,7 @@ _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("fals
 
 
 def parse_value(parameter: Parameter, text: str) -> Any:
-    """The value that a text gives to a parameter, as a command line and the settings of a recipe write it.
+    """The value of a parameter from its text on a command line or in a setting.
 
     Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or mesh units; choices their word;
     points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen numbers row by row.
@@ -68,7 +68,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
 
 
 def parsed(text: str) -> float | None:
-    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    """The finite number in a text, which may have blanks around it, as MeshLab reads it; None if it is no number."""
     if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
         return None
     number = float(text)
@@ -81,14 +81,14 @@ def number_text(number: float) -> str:
 
 
 def _spelled(parameter: Parameter, text: str) -> float | str:
-    """The number that a text spells, whole where the parameter's are; else the text."""
+    """The number in a text, an int if the parameter takes whole numbers; the text itself if it is no such number."""
     if isinstance(parameter, Int | Mesh | Enum | Color):
         return int(text) if _WHOLE.fullmatch(text) else text
     return text if (number := parsed(text)) is None else number
 
 
 def spelled(parameter: Parameter, attributes: Attributes) -> list[float | str]:
-    """The numbers of a ``<Param>``; a text in the place of each that is none or is missing."""
+    """The numbers of a ``<Param>``; a wrong one stays a text, and a missing one is ""."""
     return [_spelled(parameter, attributes.get(name, "")) for name in _names(parameter)]
 
 
@@ -97,14 +97,14 @@ def _names(parameter: Parameter) -> Sequence[str]:
 
 
 def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
-    """One value of its numbers; those of a matrix stand row by row."""
+    """The value that consists of these numbers; a matrix has them row by row."""
     if isinstance(parameter, Matrix) and len(numbers) == 16:
         return [numbers[i : i + 4] for i in range(0, 16, 4)]
     return numbers if isinstance(parameter, Point | Color | Matrix) else numbers[0]
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """Faults by which MeshLab cannot read the value: a type of another kind, or a missing attribute."""
+    """Complaints about what MeshLab needs to read the value: a fitting type, and its further attributes."""
     written, wanted = attributes.get("type"), parameter.xml_type
     dropped = "is missing; MeshLab would drop the parameter and take its default"
     if written is None:
@@ -128,7 +128,7 @@ class _RefusedError(Exception):
 
 
 def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
-    """The value that the attributes of a ``<Param>`` give to the parameter, and everything that is wrong with them."""
+    """The value in the attributes of a ``<Param>``, None if it cannot be read, and all complaints."""
     complaints = list(type_complaints(parameter, attributes))
     try:
         value = parameter.check(_read(parameter, attributes))
@@ -141,7 +141,7 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
 
 
 def _read(parameter: Parameter, attributes: Attributes) -> Any:
-    """The value that the attributes spell, which its parameter has to check."""
+    """The value in the attributes, not yet checked by the parameter."""
     if isinstance(parameter, Shot):
         words = "cannot be given in a script: MeshLab reads and writes no cameras there; leave the parameter out"
         raise _RefusedError(words, None)
@@ -153,9 +153,9 @@ def _read(parameter: Parameter, attributes: Attributes) -> Any:
         return text
     if isinstance(parameter, Bool):
         if text not in ("true", "false"):
-            meant = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
+            suggestion = {True: "true", False: "false"}.get(_SWITCH.get(text.strip().lower()))  # type: ignore[arg-type]
             note = "; MeshLab would read it as true" if text.lower() == "false" else ""
-            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", meant)
+            raise _RefusedError(f"takes true or false in small letters, got {shortened(text)!r}{note}", suggestion)
         return text == "true"
     if isinstance(parameter, Enum):
         return _read_choice(parameter, attributes)
@@ -192,13 +192,13 @@ def _read_choice(parameter: Enum, attributes: Attributes) -> str:
     today = choices[int(index)]
     word = attributes.get(f"enum_val{index}", today)
     if word != today and word in choices:
-        said = f"says that {index} means {word!r}, but here it means {today!r}"
-        raise _RefusedError(f"{said}: the script was written for other choices ({allowed})", str(choices.index(word)))
+        wrong = f"says that {index} means {word!r}, but here it means {today!r}"
+        raise _RefusedError(f"{wrong}: the script was written for other choices ({allowed})", str(choices.index(word)))
     return today
 
 
 def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:
-    """The attributes of the ``<Param>`` that gives a checked value, in the order in which they are written."""
+    """The attributes of the ``<Param>`` for a checked value, in the order in which they are written."""
     written = {"type": parameter.xml_type, "name": parameter.xml_name}
     value = parameter.to_number(value)
     if isinstance(parameter, Bool):
@@ -227,14 +227,14 @@ def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_
     return written
 
 
-#: muParser's functions as MeshLab registers them, by the number of their arguments; of n there are one or more
+#: muParser's functions as MeshLab registers them: the number of arguments, where n is one or more
 FUNCTIONS = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), "1"),
     **dict.fromkeys(("log2", "log10", "log", "ln", "exp", "sqrt", "sign", "rint", "abs"), "1"),
     **dict.fromkeys(("min", "max", "sum", "avg"), "n"),
     **{"atan2": "2", "rnd": "0"},
 }
-_MOST_CHARACTERS, _DEEPEST = 10_000, 64  # and parentheses or choices within each other
+_MOST_CHARACTERS, _DEEPEST = 10_000, 64  # of an expression; the depth is that of nested parentheses and choices
 _WORD = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|[A-Za-z_][A-Za-z0-9_]*")
 _ROW = re.compile(r"[+-]?v(?:(?:<=|>=|!=|==|&&|\|\||[-+*/^<>])[+-]?v)*")  # muParser takes one sign, not two
 _INNERMOST = re.compile(r"([012n]?)\(([^()]*)\)")
@@ -242,19 +242,19 @@ _FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surfac
 
 
 def is_expression(filter_name: str, parameter_name: str) -> bool:
-    """Whether that text of the filter of that Python name is an expression; the filters of new attributes take a name, too."""
+    """Whether this text parameter of a filter (by its Python name) is an expression; the name of a new attribute is none."""
     return _FILTERS.search(filter_name) is not None and parameter_name != "name"
 
 
 def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
-    """Check the values of a filter, by Python parameter name, that are expressions."""
+    """Check which of a filter's values are expressions, and raise `ParameterError` for one that MeshLab cannot evaluate."""
     for parameter in declared.parameters:
         if parameter.name in values:
             check_expression(declared.python_name, parameter, values[parameter.name])
 
 
 def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
-    """Check the value of a parameter if it is an expression."""
+    """Raise `ParameterError` if the value of a parameter is an expression that MeshLab cannot evaluate."""
     if isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name) and not evaluates(text):
         raise ParameterError(
             f"parameter {parameter.name!r}: {shortened(text)!r} is no expression that MeshLab can evaluate: it knows "
@@ -263,35 +263,35 @@ def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
 
 
 def evaluates(text: str) -> bool:
-    """Whether a text is one expression of muParser's: what can be evaluated becomes a value ``v`` until nothing else is left.
+    """Whether a text is one valid expression of muParser: valid parts are replaced by ``v`` until one ``v`` is left.
 
-    An assignment and several results, which muParser lets pass, are refused: where a filter asks for one value they are slips.
+    Assignments and several results are refused, although muParser accepts them: a filter needs one value.
     """
     if len(text) > _MOST_CHARACTERS:
         return False
-    plain, count = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_kind, text).split())), 0
+    plain, count = re.sub(" ?([^ v]) ?", r"\1", " ".join(_WORD.sub(_mark_of_word, text).split())), 0
     for _ in range(_DEEPEST + 1):
-        plain, count = _INNERMOST.subn(_called, plain)
+        plain, count = _INNERMOST.subn(_mark_of_call, plain)
         if not count:
             break
     return not count and _is_value(plain)
 
 
-def _kind(word: re.Match[str]) -> str:
-    """How many arguments a function takes, if its parenthesis is right behind it; "v" for a number or a variable."""
+def _mark_of_word(word: re.Match[str]) -> str:
+    """A function's number of arguments if a parenthesis follows, else "f"; "v" for a number or a variable."""
     called = word.string[word.end() : word.end() + 1] == "("
     return FUNCTIONS.get(word[0], "v") if called else "f" if word[0] in FUNCTIONS else "v"
 
 
-def _called(call: re.Match[str]) -> str:
-    """The value of a function or a parenthesis, or a mark that is none."""
+def _mark_of_call(call: re.Match[str]) -> str:
+    """The replacement of a function call or a parenthesis: ``v`` if it is valid, else ``!``."""
     values = call[2].split(",") if call[2] else []
     fits = bool(values) if call[1] == "n" else len(values) == int(call[1] or 1)
     return "v" if fits and all(map(_is_value, values)) else "!"
 
 
 def _is_value(text: str) -> bool:
-    """Whether a text without parentheses is one value: a row of operators, or choices between such."""
+    """Whether a text without parentheses is one value: values joined by operators, or choices between these."""
     text = _ROW.sub("v", text)
     for _ in range(_DEEPEST):
         text = text.replace("v?v:v", "v")

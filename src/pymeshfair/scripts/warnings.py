@@ -1,4 +1,4 @@
-"""Warnings about valid scripts: steps that do little of their purpose, and layers or selections that will be missing."""
+"""Warnings about valid scripts: steps that miss their purpose, lengths out of proportion, and layers that will be missing."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,14 +10,14 @@ from .guards import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
-#: a length is out of proportion above this part of the diagonal and this multiple of the filter's own default, or below a part
+#: a length is out of proportion if it is above this part of the diagonal and this multiple of its default, or below a small part
 _LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
 _NEW_LAYER = ("create_", "generate_")
-_MANY_LAYERS = "generate_splitting_by_connected_components"  # it makes as many layers as the mesh has components
+_MANY_LAYERS = "generate_splitting_by_connected_components"  # makes one layer for each component of the mesh
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """Warnings about the head, steps that do little of their purpose, missing layers, and lengths that do not suit a diagonal."""
+    """Warnings about the head comment, steps that miss their purpose, missing layers, and lengths out of proportion."""
     words = paragraphs(script.comment.partition("\n")[2])
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
@@ -29,7 +29,7 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
 
 
 def traps(script: Script) -> Iterator[str]:
-    """Warnings that need no mesh, one sentence each."""
+    """Warnings about steps that do something else than what was meant, one sentence each."""
     for index in deletes_result(script.steps):
         yield (
             f"{_place(script, index)} deletes the result of the step before: that is the current layer since "
@@ -43,7 +43,7 @@ def traps(script: Script) -> Iterator[str]:
 
 
 def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[str]:
-    """The lengths in mesh units that hardly suit a mesh of that diagonal, one sentence each, up to a step that scales it."""
+    """A sentence for each length in mesh units that is out of proportion to the diagonal; none after a step that scales."""
     if not diagonal > 0:
         return
     for index, step in enumerate(script.steps):
@@ -54,8 +54,8 @@ def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[st
                 if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * usual):
                     yield (
                         f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's "
-                        f"diagonal {diagonal:.4g}; `pymeshfair upgrade --relative-to MESH` makes the lengths of a script that "
-                        "was made for MESH relative to its size"
+                        f"diagonal {diagonal:.4g}; if the script was made for MESH, `pymeshfair upgrade --relative-to MESH` "
+                        "makes its lengths relative to the size of MESH"
                     )
         if step.filter.python_name == "compute_matrix_from_scaling_or_normalization":
             return
@@ -67,13 +67,13 @@ def _place(script: Script, index: int) -> str:
 
 
 def check_needs(script: Script, *, layers: int) -> None:
-    """Check that a run with so many mesh files gives every step what it needs."""
+    """Raise `ScriptError` if a step needs what a run with this number of layers does not have."""
     if unmet := list(unmet_needs(script, layers=layers)):
         raise ScriptError(unmet)
 
 
 def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
-    """Layers and rasters that the steps need and that a run with `layers` layers, numbered from 0, does not have."""
+    """Problems with layers, files and rasters that steps need, but a run with layers 0 to `layers` - 1 does not have."""
     count: int | None = layers
     for step in script.steps:
         if "raster" in step.filter.name.casefold():
@@ -92,7 +92,7 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
 
 
 def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:
-    """The layer that a value names and that will be missing; None if it is there, or if that is not known before the run."""
+    """The problem with a value that names a missing layer or file; None if there is none, or if only the run can show it."""
     wanted: Any = step.values.get(parameter.name)
     if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
         there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"

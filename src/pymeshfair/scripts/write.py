@@ -1,7 +1,7 @@
-"""Writes .mlx scripts that MeshLab, pymeshlab and `read_script` read alike, number by number.
+"""Writes .mlx scripts from which MeshLab, pymeshlab and `read_script` read the same numbers.
 
-MeshLab itself writes six digits and its attributes in random order; here numbers read back exactly, and the same script is
-always the same bytes. An exported script needs nothing but MeshLab: its own filters, every parameter, lengths in mesh units.
+MeshLab itself writes six digits, and attributes in random order. Here numbers read back exactly, and the same script always has
+the same bytes. An exported script needs only MeshLab: it has MeshLab's filters, all parameters, and lengths in mesh units.
 """
 
 import re
@@ -19,13 +19,13 @@ from .guards import NO_GUARDS
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Step
 from .values import param_attributes
 
-#: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
+#: the bounding-box diagonal for absolute values if no mesh is given: MeshLab then reads "1%" as 1
 NOMINAL_DIAGONAL = 100.0
-NOMINAL_EDGE = 0.25  # the mean edge that goes with it, as of a scan with 400 samples across
+NOMINAL_EDGE = 0.25  # the mean edge in the same case: a scan with 400 samples across
 
-#: characters that no XML document can hold, not even escaped
+#: characters that XML does not allow, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-#: the escapes in an attribute of XML; xml.sax.saxutils would do the same, and import http for it
+#: the escapes in an attribute of XML; xml.sax.saxutils would do the same, but imports http
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
@@ -34,14 +34,14 @@ def format_script(
 ) -> str:
     """The text of the .mlx file, ending with a newline.
 
-    Every parameter is written, in declared order, except a built-in filter's that is neither given nor known without a mesh (the
-    number of triangles to decimate to, another layer), or default lengths without a `known_mesh`: MeshLab then takes its default.
-    `diagonal` and `mean_edge` are of the mesh that the absolute values next to ``relative=`` are meant for, which MeshLab reads.
+    Parameters are written in declared order, with their defaults. MeshLab chooses two kinds of defaults: those that follow from
+    the mesh, such as the number of triangles to decimate to; and without `known_mesh`, lengths relative to its size. A relative
+    length is written in ``relative=``, and for MeshLab as an absolute value, on a mesh of this `diagonal` and `mean_edge`.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
-    if bad := _UNWRITABLE.search(text):
-        around = text[max(0, bad.start() - 40) : bad.end() + 40]
-        raise PymeshfairError(f"the text {around!r} cannot be written to a script: XML has no {bad.group()!r}")
+    if invalid := _UNWRITABLE.search(text):
+        context = text[max(0, invalid.start() - 40) : invalid.end() + 40]
+        raise PymeshfairError(f"the text {context!r} cannot be written to a script: XML has no {invalid.group()!r}")
     return text
 
 
@@ -84,16 +84,16 @@ def _quoted(text: str) -> str:
 def write_script(
     script: Script, path: Path, *, diagonal: float = NOMINAL_DIAGONAL, mean_edge: float = NOMINAL_EDGE, overwrite: bool = False
 ) -> None:
-    """Write the script as `format_script` does; with `overwrite` even in place of a file, whose name must end with .mlx."""
+    """Write the text of `format_script` to a file; `overwrite` replaces an existing file if its name ends with .mlx."""
     text = format_script(script, diagonal=diagonal, mean_edge=mean_edge)
     write_file(path, text.encode("utf-8"), overwrite=overwrite and extension(path) == "mlx")
 
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """The sizes of the mesh that a script is exported for."""
+    """The properties of the mesh for which a script is exported."""
 
-    diagonal: float  # of its bounding box
+    diagonal: float  # the diagonal of its bounding box
     mean_edge: float  # the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour
     closed: bool  # whether every edge has two faces
 
@@ -103,21 +103,21 @@ def export_script(
 ) -> tuple[str, tuple[str, ...]]:
     """The script for MeshLab's desktop and plain pymeshlab, and one sentence for each filter that was replaced.
 
-    A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags, limits and the
-    unit, which mean nothing there, are left out.
+    A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, limits and the unit are
+    left out, as MeshLab ignores them.
 
-    Without the mesh that it is for, a script is refused that has relative lengths, or a filter that has an equal on closed meshes
-    alone. `lengths` has by step lengths in mesh units by Python parameter name, in place of those that are relative to `mesh`.
+    `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` gives for each
+    step lengths in mesh units, by Python parameter name; they are used instead of those computed from `mesh`.
 
     Raises:
-        ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
+        ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; lists all such steps.
     """
     whole = script.with_defaults()
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
     closed, steps, replaced, problems = size.closed, list[Step](), list[str](), list[Problem]()
     for number, step in enumerate(whole.steps, 1):
         plain, why_not = (step, "") if step.filter.is_builtin else _equivalent(step, closed=closed, has_mesh=mesh is not None)
-        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
+        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh or make a selection
         if why_not:
             problems.append(script.problem(step, why_not))
             continue
@@ -139,14 +139,14 @@ def export_script(
 
 
 def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]:
-    """The step with MeshLab's filter that does the same; or why there is none."""
+    """The step with the equivalent filter of MeshLab, and ""; or the step itself, and why there is no such filter."""
     equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
     why = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
     if equivalent is None:
         return step, why
-    own = find_filter(equivalent.filter)
+    builtin = find_filter(equivalent.filter)
     if equivalent.closed_only and not closed:
         open_mesh = "and this one is open, or a step before may open it or select"
         unknown = "say with --for MESH which mesh it is for"
-        return step, f"{why}: {own.name!r} does the same on closed meshes alone, {open_mesh if has_mesh else unknown}"
-    return Step(own, own.with_defaults(equivalent.values), step.line), ""
+        return step, f"{why}: {builtin.name!r} does the same on closed meshes alone, {open_mesh if has_mesh else unknown}"
+    return Step(builtin, builtin.with_defaults(equivalent.values), step.line), ""

@@ -1,5 +1,5 @@
 "use strict";
-/* Starts the viewer of a page that holds its meshes. */
+/* Starts the viewer of a page that contains its meshes. */
 
 for (const root of document.querySelectorAll("[data-viewer]")) {
   const header = root.querySelector("[data-scene-header]"), body = root.querySelector("[data-scene-body]");

@@ -77,7 +77,7 @@ function field(step, number, parameter) {
   return row;
 }
 
-/* the error at held-out vertices of every detail size that was tried, over the slider */
+/* draws above the slider the error at held-out vertices for each detail size that was tried */
 function curve(tried, parameter, unit) {
   const { diagonal, edge } = state.scale, factor = unit === "edge" ? 1 : unit === "%" ? 100 * edge / diagonal : edge;
   const points = tried.map(({ amount, error }) => [amount * factor, error]).sort((a, b) => a[0] - b[0]);
@@ -130,9 +130,9 @@ function putSettings(steps) {
   });
 }
 
-/* the settings, as they were before the page was loaded again; of this tab and this scan */
+/* keeps the settings of this tab and this scan when the page is loaded again */
 function remember() {
-  try { sessionStorage.setItem(location.pathname, JSON.stringify({ recipe: state.recipe, steps: settings() })); } catch { /* a frame of a notebook may keep nothing */ }
+  try { sessionStorage.setItem(location.pathname, JSON.stringify({ recipe: state.recipe, steps: settings() })); } catch { /* a frame in a notebook may have no storage */ }
 }
 function remembered() {
   try { return JSON.parse(sessionStorage.getItem(location.pathname)); } catch { return null; }
@@ -142,7 +142,7 @@ function send(what, more = {}) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: what, recipe: state.recipe, steps: settings(), ...more }));
 }
 
-/* run with what is set now, after a short while without another change */
+/* runs with the current settings, after a short time without changes */
 function ask(patience) {
   clearTimeout(state.pending);
   stale(true);
@@ -157,7 +157,7 @@ function ask(patience) {
 
 function complain(text) { by("problem").textContent = text; by("problem").hidden = !text; }
 
-/* whether what is shown belongs to other settings than those of the controls */
+/* whether the shown result has other settings than the controls */
 function stale(so) { document.querySelector(".result").classList.toggle("stale", so && Boolean(state.result)); }
 
 function running(on, words) {
@@ -187,7 +187,7 @@ function showNumbers(told) {
   by("numbers").replaceChildren(...made);
 }
 
-/* one scene of meshes that came one by one: their colours share the limits of the newest result */
+/* one scene of meshes that arrived one by one; their colours share the limits of the newest result */
 function showScene() {
   const { scan, result, left } = state;
   const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);

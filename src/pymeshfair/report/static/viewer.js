@@ -1,5 +1,5 @@
 "use strict";
-/* Shows one or two meshes side by side from one camera, with WebGL2 and nothing else. Reads what pymeshfair.report.scene packs. */
+/* Shows one or two meshes side by side from one camera, with WebGL2 alone. Reads the scenes of pymeshfair.report.scene. */
 
 const VERTEX_SHADER = `#version 300 es
 precision highp float;
@@ -63,7 +63,7 @@ function bytesOf(base64) {
   return bytes;
 }
 
-/* The arrays of all meshes: differences by bytes become whole numbers again. */
+/* The arrays of all meshes, decoded from the differences of their integers. */
 async function readScene(header, packed) {
   const body = await inflate(packed);
   let at = 0;
@@ -97,7 +97,7 @@ async function readMessage(buffer) {
 
 /* ------------------------------------------------------------------------------------------------------------------- camera */
 
-/* A parallel projection: azimuth and elevation in degrees, what is in the middle, and how much of it is seen. */
+/* A parallel projection: azimuth and elevation in degrees, the point in the middle, and the zoom. */
 class Camera {
   constructor(up) { this.up = up; this.reset(); }
   reset() { this.azimuth = 0; this.elevation = 0; this.focus = [0, 0, 0]; this.zoom = 1; }
@@ -114,7 +114,7 @@ class Camera {
     this.azimuth = ((this.azimuth + azimuth + 180) % 360 + 360) % 360 - 180;
     this.elevation = Math.max(-90, Math.min(90, this.elevation + elevation));
   }
-  /* within what a view can show */
+  /* changes the zoom, within limits */
   grow(factor) { this.zoom = Math.max(0.2, Math.min(2000, this.zoom * factor)); }
   move(across, upwards) {
     const [right, up] = this.rows;
@@ -132,7 +132,7 @@ class Viewer {
     this.gl = this.canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("this browser draws no 3D (WebGL2); everything else on the page holds all the same");
     this.camera = new Camera("y");
-    this.views = [];        // which meshes are beside each other
+    this.views = [];        // the meshes in each view, side by side
     this.style = "plain";   // or "reflection", or the name of a coloring
     this.stripes = 8;
     this.meshes = [];
@@ -154,10 +154,10 @@ class Viewer {
   choose(views) { this.views = views; this.draw(); }
   color(style) { this.style = style; this.draw(); }
 
-  /* bring a place, in the units of the scene, to the middle */
+  /* moves a place, in the units of the scene, to the middle */
   approach(place, zoom) { this.camera.focus = [...place]; this.camera.zoom = zoom; this.draw(); }
 
-  /* the vertex in front at a place of the screen, in the units of the scene, with its number and its mesh; null where nothing is */
+  /* the front vertex at a place of the screen: its place in the units of the scene, its number and its mesh; or null */
   pick(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect(), { stacked, width, height } = this.layout;
     const k = stacked ? Math.floor((clientY - box.top) / height) : Math.floor((clientX - box.left) / width);
@@ -235,7 +235,7 @@ class Viewer {
     return { stacked, width: stacked ? width : width / count, height: stacked ? height / count : height };
   }
 
-  /* pixels of the screen for half the box of the scene; at first what it holds fills the view */
+  /* pixels of the screen for half the box of the scene; at first the meshes fill the view */
   get pixels() { const { width, height } = this.layout; return 0.47 * Math.min(width, height) * this.camera.zoom / this.scene.fit; }
 
   _draw() {
@@ -282,7 +282,7 @@ class Viewer {
       gl.bindBuffer(gl.ARRAY_BUFFER, level);
       gl.enableVertexAttribArray(2);
       gl.vertexAttribPointer(2, 1, gl.UNSIGNED_BYTE, false, 0, 0);
-      // The numbers of a mesh of another scene lie between other limits than the colour bar.
+      // A mesh of another scene may have other limits than the colour bar.
       const { low, high } = this.scene.colorings[this.style], [from, to] = limits[this.style], width = high - low || 1;
       gl.uniform2f(this.at.spread, high > low ? (from - low) / width : 0.5, high > low ? (to - from) / width : 0);
     } else gl.disableVertexAttribArray(2);
@@ -340,7 +340,7 @@ class Viewer {
     this.root.dispatchEvent(new CustomEvent("drawn"));
   }
 
-  /* the number under the pointer, at the colour bar */
+  /* shows the value under the pointer beside the colour bar */
   _tellValue(event) {
     const told = this.root.querySelector("[data-value]"), coloring = this.scene && this.scene.colorings[this.style];
     if (!told || this.looking) return;
@@ -415,7 +415,7 @@ function shortNumber(x) {
 
 /* ------------------------------------------------------------------------------------------------------------- the switches */
 
-/* Radio buttons named "views" (numbers of meshes such as "0 1") and "style" rule what a viewer shows. */
+/* Radio buttons named "views" (numbers of meshes such as "0 1") and "style" control what a viewer shows. */
 function connect(viewer, form) {
   const apply = () => {
     const chosen = new FormData(form);
