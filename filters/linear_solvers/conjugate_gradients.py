@@ -21,7 +21,7 @@ from ..mesh import Floats, Ints
 #: Maps a residual (n, 3) to an approximate solution (n, 3): a symmetric positive definite approximation of the inverse.
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
 #: Steps between two reports of the progress.
-_STEPS = 8
+_STEPS = 5
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
 #: Indices in kernels are unsigned: the compiler would test signed ones for being negative.
@@ -85,7 +85,7 @@ def conjugate_gradients(
         max_iterations: the most products with the matrix.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
-        progress: called at every iteration, without a preconditioner at every eighth; may raise to stop.
+        progress: called at every iteration, without a preconditioner at every fifth; may raise to stop.
     """
     rows = CompressedRows.of(matrix)
     residual = np.array(right_side, order="C")
