@@ -27,15 +27,15 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# For each degree: numbers of neighbours, shares of the estimated range sigma, and the largest number of iterations. 40 neighbours
-# with degree 1 serve clouds that are flat at the scale of 90.
+# Settings tried for each degree: numbers of neighbours, range sigmas as shares of the estimated one, and the most iterations.
+# Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
-# Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. The `_INNER` middle points of a patch are
-# evidence: it has all of their 40 nearest neighbours, and most of their 90 nearest.
+# Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
+# are held out: the patch contains all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
-# Neighbours of a point, as in a mesh; neighbours and iterations of the smoothed copy that gives the normals.
+# Nearest points that stand for the one-ring of a mesh; neighbours and iterations that smooth the copy for the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
-# Number of sets of held-out points, and the least number of points in all of them.
+# Number of sets of held-out points, and the least number of points in all sets together.
 _MASKS, _ENOUGH = 4, 30
 
 
@@ -49,7 +49,7 @@ class Projection(NamedTuple):
 
     @property
     def amount(self) -> float:
-        """The amount of smoothing. Over a disk a quadric through 4 k neighbours has the variance of the mean of k."""
+        """The amount of smoothing. A quadric fitted to 4 k neighbours in a disk varies as much as the mean of k neighbours."""
         return self.neighbors * self.iterations / (1.0 if self.degree == 1 else 4.0)
 
 
@@ -67,18 +67,18 @@ def chosen_projection(
 ) -> Choice[Projection] | None:
     """Chooses the setting of `bilateral_projection` that best predicts held-out points along the normals.
 
-    A cloud with hardly any noise in its calmest part is clean. Four sets of points are held out, see `CloudSample.without` and
-    `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount` wins.
-    If residuals of neighbours correlate, doing nothing wins instead, unless the setting comes nearer to the truth than the cloud
-    is. That comparison assumes the noise of the calmest part everywhere.
+    A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
+    and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
+    wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are nearer to the true
+    surface than the points of the cloud are. This comparison assumes the noise of the calmest part everywhere.
 
-    The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are not evidence,
+    The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
 
     Returns:
-        The choice, doing nothing as the first trial, errors in spacings and range sigmas in the unit of the points. None if the
-        cloud is clean or hardly any point can be held out. It is the same for any number of threads, and for the cloud moved,
-        turned, scaled or renumbered.
+        The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
+        the cloud is clean or hardly any point can be held out. The choice is the same for any number of threads, and for the
+        cloud moved, turned, scaled or renumbered.
 
     Raises:
         FilterInputError: not a cloud of 7 points at least, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -103,8 +103,8 @@ def chosen_projection(
     costs = np.zeros(len(local))
 
     def projected(start: Floats, first: Projection) -> Iterator[Floats]:
-        its = kernels._replace(range_sigma=first.range_sigma)
-        return projections(start, axes, first.neighbors, its, degree=first.degree, movable=moves)
+        of_family = kernels._replace(range_sigma=first.range_sigma)
+        return projections(start, axes, first.neighbors, of_family, degree=first.degree, movable=moves)
 
     def run(mask: Ints) -> list[Iterator[Floats]]:
         start, costs[mask] = sample.without(mask)
@@ -127,7 +127,7 @@ def chosen_projection(
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
     """Returns a sample, the cloud index of each of its points, the spacing, and the reduction 4^k; None if the cloud is clean.
 
-    With noise above half a spacing a quarter of the points decides, with a quarter of the neighbours; k counts these reductions.
+    While neighbours share noise above half a spacing, a random quarter of the points is kept: k times, with fewer neighbours.
     """
     kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
     while reduction == 1 or len(kept) >= _ENOUGH:
@@ -152,7 +152,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
 
 
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
-    """Returns a family for each number of neighbours and range sigma: the settings by ascending iterations."""
+    """Returns a family of settings, by ascending iterations, for each number of neighbours and range sigma."""
     families = []
     for degree, (counts, shares, iterations) in _TRIED.items():
         for neighbors in (k for k in counts if k < len(points)):
@@ -170,7 +170,7 @@ class CloudSample:
     """A cloud to try filters on. Its spacing, the median of the mean distances to the six nearest points, is 1."""
 
     points: Floats  # (k, 3) coordinates
-    inner: Bools  # (k,) which points are evidence; their neighbourhoods are complete
+    inner: Bools  # (k,) which points may be held out, because their neighbourhoods are complete
     normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
@@ -194,8 +194,8 @@ class CloudSample:
     def correlation(self) -> float:
         """The correlation of the prediction errors of neighbours in the calmest fifth.
 
-        With s the `height_residuals` over the local deviation, it is the sum of s_i s_j over neighbours divided by the sum of
-        (s_i^2 + s_j^2) / 2. It is about -0.15 for independent noise and above 0 for a surface without noise.
+        It is the sum of s_i s_j over all pairs of neighbours divided by the sum of (s_i^2 + s_j^2) / 2, where s is a residual of
+        `height_residuals` over its local deviation. Independent noise has about -0.15, a surface without noise more than 0.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -209,11 +209,11 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """Returns (k, 3) the points with h of them replaced by predictions, and (h,) the deviations of doing nothing.
+        """Returns (k, 3) the points, with predictions at the h held-out ones, and (h,) the deviations of doing nothing.
 
         Each held-out point moves along its normal to the quadric through the others. Noise is then added up to the level of the
-        cloud, since a filter meets points with noise. With s the noise of a held-out point, the squared deviation is s^2 + d^2
-        for a result at distance d from the truth, 2 s^2 for doing nothing, and (1 + g^2) s^2 for the prediction with noise g s.
+        cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from the
+        truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) points, (k,) their indices and (k,) inner ones: all points, or patches around points of least `numbers`."""
+    """Returns (k, 3) all points or patches around those of least `numbers`, (k,) their indices and (k,) which are inner."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

@@ -22,10 +22,10 @@ from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings
 #: Border policies of `bilateral_jones`. There is no "along", since planes of triangles predict no curve.
 JonesBorder: TypeAlias = Literal["fixed", "free"]
 
-#: Radius of a space kernel in its sigma: the distance 2 s at which the papers cut off their Gaussian.
+#: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Shares of the sigma of 95 % efficiency, the best of a few on noisy models with known truth. Heights in one-rings include the
-# noise of both ends and of the normal. A triangle's own corners have smaller heights than other vertices within reach.
+# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few on noisy models with known truth. Below 1 in
+# one-rings, whose heights include the noise of both ends and of the normal; above 1 for triangles, as corners have small heights.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Larger scales are refused, since their squares would overflow.
@@ -49,12 +49,12 @@ def bilateral_fleishman(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g with h_ij = n_i . (p_j - p_i), repeatedly [fleishman2003].
+    """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
-    f is the space, g the range kernel, n_i the mean of the normals around i weighted by area. The sums go over the vertices that
-    are within sqrt(2) `space_sigma` and joined to i by edges between such vertices, without i, which would outweigh all others
-    with kernels such as "l1". All vertices move at once, each along its normal. This keeps the shape of triangles, but shrinks
-    closed surfaces a little with each step.
+    h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the mean of the normals around i by
+    area. The sums go over the vertices within sqrt(2) `space_sigma` of i that edges between such vertices connect with i. They
+    leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. This keeps the shape of
+    triangles, but shrinks closed surfaces a little with each step.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -64,7 +64,7 @@ def bilateral_fleishman(
         range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median height of neighbours in the
             input, a robust estimate of the noise of mostly smooth surfaces.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
-            edges, the paper's sigma_c being one mean edge.
+            edges, so that the paper's sigma_c is one mean edge.
         iterations: steps. More are smoother and shrink more; the time is proportional.
         border: "along" averages border vertices over the border alone, but moves them along their normals; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
@@ -108,12 +108,12 @@ def bilateral_jones(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Replaces p by sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g over the triangles q, once [jones2003].
+    """Moves each vertex p once, to the weighted mean of its projections P_q(p) onto the planes of triangles q [jones2003].
 
-    a_q is the area of q, c_q its centre, P_q the projection onto the plane through c_q. The normals of the planes are mollified:
-    they belong to the mesh with each vertex at sum a_q f'(|c_q - p|) c_q / sum a_q f', where f' is f with half the sigma. The
-    sums go over the triangles with centres within sqrt(2) sigma, found in a grid. So the mesh need not be a manifold or
-    connected, but only the range kernel separates two sheets that are this near to each other.
+    The mean is sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g, with a_q the area and c_q the centre of q. The
+    plane of q goes through c_q. Its normal is mollified: it is the normal of q after each vertex has moved to the mean
+    sum_q a_q f'(|c_q - p|) c_q / sum_q a_q f', where f' is f with half the sigma. The sums go over the triangles with centres
+    within sqrt(2) sigma. So the mesh need not be manifold or connected, but sheets this close have only g to separate them.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -173,7 +173,7 @@ def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic:
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
-    """Returns the range kernel, see `space_term`; sigma None takes a share of the sigma of 95 % efficiency, 0 without noise."""
+    """Returns the range kernel, see `space_term`; sigma None: `share` of the sigma of 95 % efficiency for the heights."""
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
     if deviation < np.finfo(np.float64).eps:
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cells of the kernel's radius: the 27 cells around a vertex are 9 ranges."""
+    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: 9 slices are the 27 cells at a vertex."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
@@ -323,7 +323,7 @@ class _Triangles(NamedTuple):
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
-        """Returns the triangles of a mesh in cells of at least `reach`, with their normals at the vertices `shape_of`."""
+        """Returns the triangles of a mesh in cells of at least `reach`, with the normals of the same faces at `shape_of`."""
         areas = np.linalg.norm(cross_products(points, faces), axis=1) / 2.0
         normals, has_normal = _normals(shape_of, faces)
         whole = np.flatnonzero(has_normal & (areas > 0.0))
@@ -346,7 +346,7 @@ def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
 
 
 def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """Moves the points `which` to the weighted mean of their projections, or of triangle centres without `height`; (n, 3)."""
+    """Returns (n, 3) the points, `which` moved to the mean of their projections or, with `height` None, of triangle centres."""
     out = points.copy()
     _estimate(points, out, which, triangles, space, height or space, height is None)
     return out

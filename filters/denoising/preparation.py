@@ -24,9 +24,9 @@ from .rounding import RoundingPolicy, without_rounding
 #: vertices along the normals only, so that vertices do not slide if the noise is along the normals.
 RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
-# Noise in all directions is as large along the surface as along the normals; an uneven mesh adds to the first.
+# The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a vertex of a folded face keeps, since 0 would restore spikes; the rings of faces that decide.
+#: The share of its move that a corner of a folded face keeps (0 would restore spikes); the rings of faces it depends on.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -129,9 +129,9 @@ def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
 
 
 def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bools) -> Floats:
-    """Returns (n, 3) the moved vertices; those of the outline move along the surface only as far as noise explains it.
+    """Returns (n, 3) the moved vertices; those of the outline keep the share min(1, q / p) of their move along the surface.
 
-    They keep the share min(1, q / p) of that move. p is its mean square on the outline, q elsewhere, where only noise causes it.
+    p is the mean square of moves along the surface on the outline, q the one elsewhere, where only noise causes such moves.
     """
     across = along_normals(vertices, moved, normals)
     along = moved - across
@@ -158,9 +158,9 @@ def relaxed_part(
 ) -> tuple[Floats, Floats, tuple[tuple[float, int], tuple[float, int]]]:
     """Relaxes a part of a mesh as `relaxed` does, but leaves the share of `outline_kept` to the caller.
 
-    Returns (n, 3) the moved vertices, (n, 3) the same without the moves of the outline along the surface, and the sum of squares
-    and the count for p and for q of `outline_kept`. The sums go over the `own` vertices, which have `rings_of_relaxation` rings
-    around them. `is_open` says whether the whole has borders.
+    Returns (n, 3) the moved vertices; (n, 3) the same without the outline's moves along the surface; and for the means p and q of
+    `outline_kept` the sum of squares and the count of each. The sums go over the `own` vertices, which have
+    `rings_of_relaxation` rings around them. `is_open` says whether the whole mesh has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
     if direction == "all" and (border != "along" or not is_open):

@@ -45,7 +45,7 @@ _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
 _RANGE, _ITERATIONS = 0.25, 10
 # The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Multigrid cycles that approximate the inverse of H. With one cycle, details much larger than edges take twice the iterations.
+# Multigrid cycles for the inverse of H, see `InnerSolver`. With one cycle, details far larger than edges take twice the steps.
 _CYCLES = 2
 
 
@@ -78,7 +78,7 @@ def bilaplacian_smoothing(
 
     A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion,
     longer waves keep more, shorter ones less, and the area shrinks much less. One linear system is solved, without time steps. L
-    is the Laplace-Beltrami operator of the input at the vertices inside the surface; S = -C with C its stiffness, M its mass.
+    is the Laplace-Beltrami operator of the input at the vertices inside the surface; S = -C with C its stiffness, M = diag(A).
 
     Args:
         vertices: (n, 3) coordinates.
@@ -187,7 +187,7 @@ class BendingEnergy(NamedTuple):
             force = laplacian_power(self.dirichlet, bending, 2, start, moved - prescribed)[free]
             return np.asarray(-force - data[:, None] * displacement)
 
-        # The bending of a component without fixed vertices does not depend on its translation, but its equations sum up to 0.
+        # In a component without fixed vertices, translation does not bend: its displacements have the mean 0.
         count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         anchored = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(anchored[labels[free]], -1, labels[free])
@@ -213,7 +213,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """The least energy norm of a shift of a component by its own diagonal: sqrt(sum of data) times the diagonal."""
+    """Returns the least energy norm, over components, of a shift by its diagonal: sqrt(sum of data) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)
@@ -225,9 +225,9 @@ def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> f
 class FloatingComponents(NamedTuple):
     """Components without a fixed vertex: their displacements have the mean 0."""
 
-    labels: Longs  # (f,) the component of each free vertex, -1 if that has a fixed vertex
+    labels: Longs  # (f,) the component of each free vertex, -1 if the component has a fixed vertex
     mass: Floats  # (f,)
-    masses: Floats  # (components + 1,) the mass of the free vertices: first of all components with a fixed vertex, then of each
+    masses: Floats  # (components + 1,) first the mass of free vertices in components with a fixed one, then of each component
 
     @classmethod
     def of(cls, labels: Longs, mass: Floats, count: int) -> FloatingComponents:
@@ -269,9 +269,9 @@ class FloatingComponents(NamedTuple):
 class InnerSolver:
     """Solves to a few digits by conjugate gradients, for refinement; the first call prepares the preconditioner.
 
-    The preconditioner approximates the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
+    The preconditioner approximates the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, times `unit`.
     If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w, so a dozen steps are enough. Factors of H, a
-    matrix of second order, take a third of the time and memory of those of fourth order. On large meshes two multigrid cycles
+    matrix of second order, take a third of the time and memory of factors of fourth order. On large meshes two multigrid cycles
     approximate the inverse of H: three times the steps, and half the memory.
     """
 

@@ -1,4 +1,4 @@
-"""Region fairing: places a region between fixed rings with least area, bending or its variation [botsch2004]; fills in colours.
+"""Region fairing: places a region between fixed rings with least area, bending or bending change [botsch2004]; fills in colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -24,8 +24,8 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-# A mass counts as at least `_LEAST_MASS` of the largest one among its neighbours, because slivers would spoil the conditioning.
-# Whole parts may be much smaller than others; but masses below `_NO_MASS` of the mean, of edges 1e-10 as long, are rounding.
+# The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
+# Whole parts may be far smaller than others. Masses below `_NO_MASS` of the mean, with edges 1e-10 as long, count as rounding.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
@@ -40,8 +40,8 @@ class FairedRegion:
         last_correction: the largest displacement of a vertex in the last refinement step, as a share of the region's diagonal: an
             upper bound of the error of the solution.
         refinements: the number of refinement steps.
-        area_share: the area of the triangles with a free vertex, after over before; 1 if it was 0. Near 0 the fixed vertices lie
-            too close together to span the region.
+        area_share: the new area of the triangles with a free vertex over the old one; 1 if that was 0. If it is near 0, the fixed
+            vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
             component; see `evened_operator`.
     """
@@ -80,15 +80,15 @@ def fair_region(
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures continue too, and the region bulges like its surroundings.
         dense: whether the region is sampled more densely than its surroundings, like the filling of a hole. A thin plate then
-            limits the area of fixed vertices next to free ones to that of the free ones. With all their area, a crease along the
-            rim would cost too little, and the filling would meet the rim at an angle. At equal density this changes little.
+            limits the mass of a fixed vertex at the rim to the mean mass of its free neighbours. Otherwise a crease along the rim
+            would cost too little, and the filling would meet the rim at an angle. At equal density this hardly matters.
         progress: called from time to time with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: not a mesh, or an unknown energy. Also a connected part of the free vertices without a fixed neighbour,
             such as a whole closed component: its place is undetermined. Also a part with fewer than three fixed vertices within k
             rings, or with all of them in one line: it would shrink to them. Also a vertex that would be moved by more than twice
-            the diagonal of the region with its rings, even by connectivity alone.
+            the diagonal of the region with its rings, even when placed by connectivity alone.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -132,7 +132,7 @@ def fair_region(
 
 
 class _System(NamedTuple):
-    """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
+    """The equations (S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix  # S, (n, n)
     columns: sparse.csr_matrix  # (n, f) the columns of the free vertices
@@ -216,23 +216,23 @@ def _check_held(system: _System, part: Submesh) -> None:
             )
         kind = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
         raise FilterInputError(
-            f"{group} are held by {len(holding)} {kind}, such as {part.vertices[holding[0]]}, and would shrink to that: at least "
-            "three around each part, not in a line, must stay; select less"
+            f"{group} are held by {len(holding)} {kind}, such as {part.vertices[holding[0]]}, and would collapse: around each "
+            "part at least three vertices, not in one line, must stay; select less"
         )
 
 
 def _in_line(points: Floats) -> bool:
     """Whether all points lie, to rounding, on the line through the first point and the one farthest from it."""
-    ways = points - points[0]
-    lengths = np.linalg.norm(ways, axis=1)
+    offsets = points - points[0]
+    lengths = np.linalg.norm(offsets, axis=1)
     far = int(lengths.argmax())
     if lengths[far] == 0.0:
         return True
-    return bool((np.linalg.norm(np.cross(ways, ways[far] / lengths[far]), axis=1) <= 1e-12 * lengths[far]).all())
+    return bool((np.linalg.norm(np.cross(offsets, offsets[far] / lengths[far]), axis=1) <= 1e-12 * lengths[far]).all())
 
 
 def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Floats:
-    """Solves sum_j (x_j - x_i) = 0: every vertex that is not fixed gets the mean of its neighbours [pinkall1993].
+    """Gives every vertex that is not fixed the mean of its neighbours: solves sum_j (x_j - x_i) = 0 [pinkall1993].
 
     By the maximum principle all values stay in the range of the fixed values of their component, so colours stay valid.
 
@@ -266,7 +266,7 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Fl
 
 
 class SurfaceOperator(NamedTuple):
-    """L = -M^-1 S on n vertices."""
+    """The operator L = -M^-1 S on n vertices."""
 
     # S = -C with C the stiffness, (n, n) symmetric, positive semidefinite, with rows that sum to 0
     dirichlet: sparse.csr_matrix
@@ -313,6 +313,6 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
         return np.ones(len(mass))
     around = mass.copy()
     np.maximum.at(around, faces, mass[faces].max(axis=1, keepdims=True))
-    # A one-ring without mass, as at triangles without area, may have any.
+    # A one-ring without mass, as at triangles without area, gets the mean mass.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))

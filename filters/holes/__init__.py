@@ -1,4 +1,4 @@
-"""Hole filling: triangulates the rim, a boundary loop, refines the triangles to its density and fairs the new vertices."""
+"""Hole filling: triangulates a rim (a boundary loop), refines the triangles to the rim's density, fairs new vertices."""
 
 from .closing import HOLE_ENERGIES, HoleEnergy, HoleFilling, close_holes, remesh_region
 from .rims import OpenRim, Rim, find_rims

@@ -31,8 +31,8 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
 
     Returns:
         order: (n,) int32 a permutation.
-        firsts: (groups + 1,) where in the order each group begins, ascending, and n.
-        lows: (groups,) where in the order the part of each group begins: the part that a separator cuts, or the uncut part.
+        firsts: (groups + 1,) where in the order each group begins, ascending; then n.
+        lows: (groups,) where in the order the part begins that a separator cuts; for an uncut part, where that part begins.
     """
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)
@@ -113,7 +113,7 @@ def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, boun
             i = np.uint32(queue[now])  # unsigned: the compiler would test a signed index for being negative
             for p in range(matrix.indptr[i], matrix.indptr[i + np.uint32(1)]):
                 j = np.uint32(matrix.indices[p])
-                queue[end] = j  # the next one overwrites j if it is not inside: a branch would be unpredictable
+                queue[end] = j  # if j is not inside, the next entry overwrites it: a branch would be unpredictable
                 end += inside[j]
                 inside[j] = False
     return depth

@@ -2,7 +2,7 @@
 
 If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
 and multigrid is the preconditioner for large ones: its cost per row depends neither on the time step nor on the size. Factors are
-the last resort, too. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
+also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from .fronts import Fronts
 
 #: The most shifts that are tried.
 _ATTEMPTS = 4
-#: Factors with a backward error of at most `_GOOD` are taken at once, else the best ones of all shifts, up to `_ROUGH`. The count
-#: of eigenvalues is right if none is closer to the shift than this share of the largest one. One step of refinement restores the
-#: accuracy of the modes.
+#: Factors with a backward error of at most `_GOOD` are taken at once, else the best of all shifts with at most `_ROUGH`. The
+#: count of eigenvalues below a shift is right if none is closer to it than this share of the largest eigenvalue. One step of
+#: refinement restores the accuracy of the modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
@@ -40,7 +40,7 @@ _SPLITTER = 134217729.0
 
 
 class Cholesky:
-    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares their times with libraries."""
+    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares times with libraries."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
         """Factorises and calls progress(done) meanwhile; `ConvergenceError` if not positive definite to rounding."""
@@ -59,10 +59,10 @@ class Cholesky:
 
 
 class ShiftedFactors:
-    """L D L^T of A - shift I for a symmetric A, without row exchanges.
+    """The factors L D L^T of A - shift I for a symmetric A, without row exchanges.
 
-    Without exchanges D is diagonal. By Sylvester's law of inertia its number of negative entries is the number of eigenvalues of
-    A below the shift: `below`. A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
+    Without exchanges D is diagonal. By Sylvester's law of inertia, `below`, the number of its negative entries, is the number of
+    eigenvalues of A below the shift. A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
@@ -139,8 +139,8 @@ class SpdSolver:
         Args:
             right_side: b, (n,) or (n, k). Columns are solved for in groups of three, which share one measure of error.
             tolerance: the estimated energy norm of the error, as a share of the reference. Larger is faster and less exact.
-            reference: the energy norm sqrt(x^T A x) that the tolerance is a share of; None for that of each group's solution. The
-                error need not be below `FINEST_TOLERANCE` of the solution.
+            reference: the energy norm sqrt(x^T A x) of which the tolerance is a share; None for the norm of each group's
+                solution. Errors below `FINEST_TOLERANCE` of the solution are never required.
             start: a first guess, of the shape of b.
             progress: called every few steps; may raise to stop.
 
@@ -246,7 +246,7 @@ class SpdSolver:
 
 
 def _padded(columns: Floats) -> Floats:
-    """(n, 3): up to three columns, then columns of zeros."""
+    """Returns (n, 3): up to three columns, then columns of zeros."""
     return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))) if columns.shape[1] < 3 else columns)
 
 
@@ -256,8 +256,8 @@ class SpdSystem(NamedTuple):
     matrix: sparse.csr_matrix  # A, (n, n) with sorted indices, finite, with a positive diagonal
     scale: Floats  # (n,) 1 / sqrt(A_ii); D = diag(scale) makes D A D the matrix of unit diagonal
     norm: float  # the largest row sum of |D A D|, a bound of its largest eigenvalue
-    # the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; near it for a Laplace
-    # operator plus a mass, whose smoothest vector is the constant one
+    # the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; a close one for a
+    # Laplace operator plus a mass, whose smoothest vector is constant
     smoothness: float
 
     @classmethod
@@ -288,7 +288,7 @@ class SpdSystem(NamedTuple):
         return np.ascontiguousarray(b[:, None] if b.ndim == 1 else b)
 
     def backward_error(self, x: Floats, b: Floats) -> float:
-        """|D r| / (|D A D| |x / D| + |D b|) for r = b - A x, over all (n, k) columns together; 0 if x and b are 0."""
+        """Returns |D r| / (|D A D| |x / D| + |D b|), r = b - A x, over all (n, k) columns together; 0 if x and b are 0."""
         scale = self.scale[:, None]
         size = self.norm * np.linalg.norm(x / scale) + np.linalg.norm(scale * b)
         return float(np.linalg.norm(scale * (b - self.matrix @ x)) / size) if size > 0.0 else 0.0
@@ -328,7 +328,7 @@ def refined_solution(
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
 
     If A is a product, rounding of its entries may leave only a few correct digits of x. With a precise residual each step adds as
-    many, and the result solves the system of the exact product [higham2002].
+    many digits, and the result solves the system of the exact product [higham2002].
 
     Args:
         matrix: A, (n, n) symmetric positive definite to rounding.
@@ -349,8 +349,8 @@ def refined_solution(
     del start  # not needed after the first step
     before, steps = np.inf, 0
     while True:
-        rest = first if steps == 0 and first is not None else residual(x)
-        correction = solve(rest)
+        r = first if steps == 0 and first is not None else residual(x)
+        correction = solve(r)
         previous, x = x, x + correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
@@ -362,14 +362,14 @@ def refined_solution(
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
     # The last step is so short that rounding in its product with A is negligible.
-    last_residual = rest - system.matrix @ (x - previous)
+    last_residual = r - system.matrix @ (x - previous)
     scale = np.repeat(system.scale, x.shape[1]).reshape(x.shape)
     size = system.norm * _length(x / scale) + _length(scale * (last_residual + system.matrix @ x))
     return RefinedSolution(x, _length(scale * last_residual) / size if size > 0.0 else 0.0, moved, steps)
 
 
 def _length(values: Floats) -> float:
-    """The Euclidean norm by NumPy's own sum; the library behind `norm` depends on its threads and waits for them."""
+    """The Euclidean norm by NumPy's own sum: `norm` uses a BLAS library whose result and time depend on its threads."""
     return math.sqrt(float(np.square(values).sum()))
 
 

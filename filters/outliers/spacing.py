@@ -10,8 +10,8 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: The spacing around a point is `_SHARE` of the median over `_AROUND` points, because spacings are up to 1.5 times as large at
-#: borders, with neighbours on one side, and among randomly distributed points.
+#: The spacing around a point is `_SHARE` of the median spacing of `_AROUND` points, because spacings are up to 1.5 times as large
+#: at borders, with neighbours on one side only, and where points are distributed at random.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 # A float64 holds whole numbers up to this exactly.
 _LARGEST = 2.0**53
@@ -20,10 +20,10 @@ _LARGEST = 2.0**53
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """Returns (n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
-    The spacing at a point is the mean distance to its six nearest neighbours, the spacing of the cloud the median of these. In
+    The spacing at a point is the mean distance to its six nearest neighbours; the spacing of the cloud is their median. In
     sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing of the twenty
-    points around the nearest one. Screened Poisson closes every surface by a balloon; cut at large gaps, the surface ends where
-    the cloud does.
+    points around the nearest one. Screened Poisson closes every surface by a balloon. If vertices with large gaps are removed,
+    the surface ends where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.

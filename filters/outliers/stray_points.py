@@ -14,9 +14,9 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# Surfaces with noise below half a spacing are thinner; 3 % of points that fill space are, too.
+# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, and 3 % of points that fill space.
 _FLAT = 0.06
-# A part that fills space, with a mean thickness above `_FULL` (0.17 to 0.19; surfaces have 0.09), needs `_MORE` times the points.
+# A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09) and needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
 # Linked points may be sparser by this factor: foliage has 2.7 median spacings in a scan of 25 points per square metre.
 _FOLIAGE = 2.0
@@ -64,16 +64,16 @@ def stray_points(
     1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is their least variance
        along three principal axes, over the sum of the three. Two points are linked if each is a neighbour of the other. A point
        in front of a surface has hardly any link, since surface points have nearer neighbours. Points that fill space are thick.
-    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links a spacing of twice
-       that is enough, or a thickness of at most 0.06. Points with k / 4 links to kept points are then kept, too, in two rounds.
+    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links, twice that
+       spacing or a thickness of at most 0.06 is enough. Points with k / 4 links to kept points are then kept, too, in two rounds.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
-       with a mean thickness above 0.14, is stray below three times that number.
+       with a mean thickness above 0.14, is stray if it has fewer than three times that number.
 
     The result does not depend on the unit, the position or the order of the points.
 
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. More separate haze from noisier surfaces, bridge wider gaps and take longer.
+        neighbors: k, from 1 to n - 1. Larger separates haze from noisier surfaces, bridges wider gaps and takes longer.
         sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and denser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.
@@ -126,7 +126,7 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
 
 
 def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats, lasts: Longs) -> None:
-    """Replaces a neighbour by `NO_LINK` if the point is not among its own k nearest; arguments as of `thicknesses`.
+    """Replaces a neighbour by `NO_LINK` if the point is not among the k nearest of that neighbour; see `thicknesses`.
 
     The (n,) `reaches` are the squared distances of the k-th neighbour of each point, (n,) `lasts` the numbers of that neighbour.
     """
@@ -141,7 +141,7 @@ def linked_to(links: Ints, chosen: Bools) -> Longs:
 
 
 def linked_parts(links: Ints, chosen: Bools) -> Longs:
-    """Returns (m,) the connected part of each of m points, named by its lowest row, over (m, k) links between chosen points.
+    """Returns (m,) the part of each of m points, named by its lowest row; (m, k) links between chosen points join parts.
 
     Links to rows from m on join nothing.
     """

@@ -5,7 +5,7 @@ All responses combine one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n))
 the amplitude at omega_c. The profile is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
 by polynomials. It falls faster and so needs fewer eigenvectors: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational
 one is still 5 %. The default n = 2 is the lowest order that is flatter at omega = 0 than ordinary diffusion. Higher orders are
-closer to a brick wall, ring more and cost more.
+closer to an ideal cutoff, ring more and cost more.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, mask_of, normalised_mesh
 from ..operators import Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
 
-_SMALLEST, _LARGEST = 1e-153, 1e153
+_SMALLEST, _LARGEST = 1e-153, 1e153  # bounds of mesh sizes, see `check_size`
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ def check_size(size: float) -> None:
 
 
 def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorName) -> Bools:
-    """(n,) which vertices have a row: the used ones of components in which no mass is 0."""
+    """Returns (n,) which vertices have a row: those with a triangle, in components without a vertex of mass 0."""
     used = components >= 0
     massless = used & ~(laplacian.mass > 0.0)
     if not massless.any():
@@ -153,7 +153,7 @@ class Response:
         return total
 
     def last_frequency(self, tolerance: float) -> float:
-        """The frequency beyond which F differs from its limit by less than `tolerance` > 0, so that no eigenvectors matter."""
+        """The frequency beyond which F differs from its limit by less than `tolerance` > 0: no modes matter there."""
         largest = sum(map(abs, self.weights))
         if largest <= tolerance:
             return 0.0
@@ -171,8 +171,8 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
     """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
-    At both ends the amplitude is about half of `gain`. With q = (largest_size / detail_size)^(2 n) the error, as a share of
-    `gain`, is 2^-q at the short end and 1 - 2^(-1 / q) at the long one: 4 % for an octave and n = 2.
+    At both ends the amplitude is half of `gain` up to an error. As a share of `gain` this is 2^-q at the short end and
+    1 - 2^(-1 / q) at the long end, where q = (largest_size / detail_size)^(2 n): at most 4 % for an octave and n = 2.
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.

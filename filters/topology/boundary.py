@@ -16,7 +16,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from .incidence import faces_by_edge, listed_edges, proper_faces
 
-#: Why a border cannot be followed at a vertex: a non-manifold edge ends there, or its faces are not coherently oriented.
+#: Why a border cannot be followed at a vertex: a non-manifold edge ends there, or the faces there are not coherently oriented.
 BreakReason: TypeAlias = Literal["non_manifold", "orientation"]
 
 
@@ -66,7 +66,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
 
 
 def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
-    """Whether at least half of the loop's vertices coincide with another one of the loop: an unmerged seam."""
+    """Whether at least half of the loop's vertices coincide with another vertex of the loop: an unmerged seam."""
     distinct = np.unique(loop.vertices)
     _, counts = np.unique(vertices[distinct], axis=0, return_counts=True)
     return 2 * int(counts[counts > 1].sum()) >= len(distinct)
@@ -110,7 +110,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
 def _successors(
     starts: Ints, ends: Ints, faces: Ints, vertices: Floats, non_manifold: Bools
 ) -> tuple[Ints, dict[int, BreakReason]]:
-    """(b,) the border edge that follows each border edge, -1 if none does; and the vertices where none does, with the reason."""
+    """Returns (b,) the border edge that follows each border edge or -1, and by vertex the reason why the border breaks there."""
     n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
     balanced = (leaving == arriving) & ~non_manifold
@@ -137,7 +137,7 @@ def _successors(
 
 
 def _ring_successors(near: Ints, marked: Bools) -> dict[int, dict[int, int]]:
-    """For each marked vertex v the map a -> b over its faces (v, a, b); empty if two faces have the same a."""
+    """Maps each marked vertex v to a map with a -> b for each face (v, a, b), or to an empty map if an a occurs twice."""
     steps: dict[int, dict[int, int]] = defaultdict(dict)
     ambiguous = set()
     for face in near.tolist():
@@ -151,7 +151,7 @@ def _ring_successors(near: Ints, marked: Bools) -> dict[int, dict[int, int]]:
 
 
 def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] | None:
-    """The open fans at v, each as its neighbours in order; three or more fans are sorted by angle; None if there is no order."""
+    """The open fans at v, each a list of neighbours of v; three or more fans are sorted by angle; None if there is no order."""
     fans = []
     for first in sorted(set(next_of) - set(next_of.values())):
         fan = [first]
@@ -174,7 +174,7 @@ def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] 
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
-    """(n,) the component of each vertex, in order of the lowest vertex, -1 if no proper face uses it; and their number."""
+    """Returns (n,) the component of each vertex, by lowest vertex, or -1 without a proper face; and the number of components."""
     labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
     return labels, int(count)
 
@@ -226,7 +226,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the (n,) free vertices with 1 or more rings around them: all faces with a vertex in the inner rings - 1 rings.
+    """Returns the (n,) free vertices with 1 or more rings around them: all faces at free vertices and at all rings but the last.
 
     Each ring takes one pass over the faces; the other steps take time linear in the submesh. Border vertices of the mesh and
     vertices without a triangle are not free in the result.
