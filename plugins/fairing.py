@@ -35,9 +35,9 @@ def apply_coord_bilaplacian_smoothing(
 ) -> Edit:
     """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
-    W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
-    detail size. Returns w in one over the fourth power of mesh units (0 or infinite if it underflows or overflows), the number
-    of moved vertices and the largest displacement.
+    C is the stiffness and M the mass of the surface; W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink
+    far less than by implicit fairing at the same detail size. Returns w in one over the fourth power of mesh units (0 or infinite
+    if it underflows or overflows), the number of moved vertices and the largest displacement.
 
     Args:
         weight: How strongly vertices are held in place, w, in one over the fourth power of mean edges. Larger stays closer to the
@@ -58,7 +58,7 @@ def apply_coord_bilaplacian_smoothing(
     if detail_size == 0.0:
         raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
     if detail_size < 0.0 and weights is not None:
-        raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
+        raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
     def smooth(points: Floats, faces: Ints, size: float, **options: Any) -> Floats:
@@ -81,7 +81,7 @@ def _feature_weights(layer: Layer, features: Features, angle: float, scalar: flo
     if features == "curvature":
         return fairing.feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
     if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
-        raise FilterInputError("features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one")
+        raise FilterInputError("features='scalar' needs vertex scalars, but those of the mesh are 0: compute some first")
     return fairing.scalar_feature_weights(layer.vertex_scalars, half=scalar)
 
 
@@ -170,10 +170,10 @@ def apply_coord_region_fairing(
     error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 
     Args:
-        iterations: The number of solutions, each with the areas and angles of the previous result. More depend less on the old
-            shape; one is usually enough. Remeshing takes at least three.
+        iterations: The number of solutions, each with the areas and angles of the previous result. With more, the old shape
+            matters less; one is usually enough. Remeshing takes at least three.
         remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They come
-            last and are selected. They continue the colours around; each shows one place of the texture.
+            last and are selected. Their colours continue those around; each shows a single point of the texture.
     """
     try:
         chosen = layer.selected_vertices()
@@ -202,8 +202,8 @@ def apply_coord_region_fairing(
         notes.append(moving.irregular_note(faired.irregular))
     if area_share < 1 / 3:
         notes.append(
-            f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
-            "covered. Select less if it was to keep its size."
+            f"The region's area shrank to {area_share:.2g} of what it was, because the vertices that stay around it span a "
+            "smaller area. Select less if the region should keep its size."
         )
     report = {name: getattr(faired, name) for name in ("backward_error", "last_correction", "refinements")}
     return Edit(vertices=faired.vertices, values={"moved": moved, **report}, notes=tuple(notes))
@@ -266,7 +266,7 @@ def meshing_bridge_rims_by_fairing(
     among = layer.selected_vertices() if selected else None
     blend = fairing.blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
     doubt = (
-        "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
+        "The two rims do not face each other clearly enough to tell whether both parts face outwards; if the neck is "
         "twisted, turn the faces of one part over (invert faces orientation) and join them again."
     )
     return Edit(

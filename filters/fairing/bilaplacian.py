@@ -187,7 +187,7 @@ class BendingEnergy(NamedTuple):
             force = laplacian_power(self.dirichlet, bending, 2, start, moved - prescribed)[free]
             return np.asarray(-force - data[:, None] * displacement)
 
-        # In a component without fixed vertices, translation does not bend: its displacements have the mean 0.
+        # Translating a component without fixed vertices does not bend it, so its mean displacement is 0.
         count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         anchored = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(anchored[labels[free]], -1, labels[free])

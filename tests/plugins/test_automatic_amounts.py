@@ -78,7 +78,7 @@ def test_what_cannot_choose_says_so() -> None:
     """Bands, features and clouds need a size, and a length of curves is not found."""
     for name, values, words in (
         ("apply_coord_spectral_filter", {"detail_size": "auto", "response": "enhance"}, "is for .*'low_pass'"),
-        ("apply_coord_bilaplacian_smoothing", {"detail_size": "auto", "features": "curvature"}, "knows no features"),
+        ("apply_coord_bilaplacian_smoothing", {"detail_size": "auto", "features": "curvature"}, "cannot keep features"),
         ("apply_coord_curve_smoothing", {"detail_size": "auto"}, "is no length"),
     ):
         with pytest.raises(pymeshlab.PyMeshLabException, match=words):

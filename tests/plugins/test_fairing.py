@@ -180,7 +180,7 @@ def test_features_are_found_or_given() -> None:
         meshes.apply_filter(ENERGY, detail_size=pymeshlab.PureValue(0.6), **values)
         wanted = bilaplacian_smoothing(vertices, faces, detail_size=0.6, feature_weights=weights)
         np.testing.assert_allclose(vertices_of(meshes), wanted, rtol=0, atol=1e-6)
-    with pytest.raises(pymeshlab.PyMeshLabException, match="features='scalar' needs a vertex scalar, and that of the mesh is 0"):
+    with pytest.raises(pymeshlab.PyMeshLabException, match="features='scalar' needs vertex scalars, but those of the mesh are 0"):
         mesh_set((vertices, faces)).apply_filter(ENERGY, features="scalar")
 
 
@@ -255,7 +255,7 @@ def test_necks_in_doubt_are_told() -> None:
         meshes.on_note = notes.append
         meshes.apply_filter(BRIDGE)
         assert len(notes) == count
-        assert all("whether both parts are the right way out" in note for note in notes)
+        assert all("whether both parts face outwards" in note for note in notes)
 
 
 def test_nothing_to_do_is_said() -> None:

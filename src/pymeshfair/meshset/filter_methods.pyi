@@ -428,9 +428,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
-        W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink far less than by implicit fairing at the same
-        detail size. Returns w in one over the fourth power of mesh units (0 or infinite if it underflows or overflows), the
-        number of moved vertices and the largest displacement.
+        C is the stiffness and M the mass of the surface; W is 1, or nearly 0 at features, where the surface may bend. Shapes
+        shrink far less than by implicit fairing at the same detail size. Returns w in one over the fourth power of mesh units
+        (0 or infinite if it underflows or overflows), the number of moved vertices and the largest displacement.
 
         Args:
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
@@ -1218,10 +1218,10 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
                 tangent planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
-            iterations: The number of solutions, each with the areas and angles of the previous result. More depend less on the
-                old shape; one is usually enough. Remeshing takes at least three. Takes a whole number from 1 to 100.
+            iterations: The number of solutions, each with the areas and angles of the previous result. With more, the old shape
+                matters less; one is usually enough. Remeshing takes at least three. Takes a whole number from 1 to 100.
             remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They
-                come last and are selected. They continue the colours around; each shows one place of the texture.
+                come last and are selected. Their colours continue those around; each shows a single point of the texture.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
