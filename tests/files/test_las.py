@@ -107,7 +107,7 @@ def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
         "user_data": np.arange(50, dtype=np.float64),
     }
     notes = save(MeshData(vertices=rng.random((50, 3)), vertex_attributes=attributes), tmp_path / "a.las", resolution=0.02)
-    assert any("its intensity from 0 to 1 became one from 0 to 65535, rounded" in note for note in notes)
+    assert any("its intensity from 0 to 1 is stored as whole numbers from 0 to 65535" in note for note in notes)
     assert any("'classification' cannot hold numbers from 250 to 299: they are in 'classification_'" in note for note in notes)
     again = read_file(tmp_path / "a.las").mesh.vertex_attributes
     np.testing.assert_array_equal(again["intensity"], np.rint(attributes["intensity"] * 65535))

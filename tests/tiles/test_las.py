@@ -152,7 +152,7 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
 
 def test_an_e57_file_becomes_a_laz_file(tmp_path: Path) -> None:
     """The same points with the same fields as in one piece, places within the steps of the files, intensities in 16 bits."""
-    cleaned_both_ways(tmp_path, "laz", "its intensity from 0 to 1 became one from 0 to 65535, rounded")
+    cleaned_both_ways(tmp_path, "laz", "its intensity from 0 to 1 is stored as whole numbers from 0 to 65535")
     whole, tiled = (laspy.read(tmp_path / name) for name in ("whole.laz", "tiled.laz"))
     names, others = (
         set(file.point_format.dimension_names) - {"X", "Y", "Z", "scalars", "outlier_probability"} for file in (whole, tiled)

@@ -30,7 +30,7 @@ NORMAL = ("NormalX", "NormalY", "NormalZ")
 _NUMBERS = ("scalars", "radii")
 #: bytes of the header of LAS 1.0, and the most bytes of a longer header that are read
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
-_CHUNK = 1 << 20
+_CHUNK = 1 << 20  # points read or written at a time
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
@@ -58,7 +58,7 @@ def opened(path: Path) -> Iterator[Any]:
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # of lazrs: no Exception, and not importable
+        if type(error).__name__ != "PanicException":  # lazrs raises it; it is no Exception and cannot be imported
             raise
         raise ContentsError(f"lazrs cannot decompress it: {error}") from None
 
@@ -72,8 +72,8 @@ def _check_records(path: Path) -> None:
     begin, points, count = struct.unpack_from("<HII", header, 94)
     room = [(count, points - begin, 54)]
     if header[24:26] >= b"\x01\x04" and len(header) >= 247:
-        start, more = struct.unpack_from("<QI", header, 235)
-        room.append((more, path.stat().st_size - start, 60))
+        start, extended_count = struct.unpack_from("<QI", header, 235)
+        room.append((extended_count, path.stat().st_size - start, 60))
     for declared, space, least in room:
         if declared * least > max(space, 0):
             what = f"{declared:,} variable length records, and there is room for {max(space, 0) // least:,}"
@@ -88,7 +88,7 @@ def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
     except ImportError as error:
         raise ContentsError(MISSING_LASPY) from error
     logging.getLogger("laspy").addHandler(logging.NullHandler())  # laspy also raises what it logs
-    return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # ValueError: a point is cut
+    return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # ValueError: the file ends within a point
 
 
 def chunks(reader: Any, size: int) -> Iterator[Any]:
@@ -189,12 +189,12 @@ def write_las_pieces(
     32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
-    rest = pieces()
-    first = next(rest)
+    to_measure = pieces()
+    first = next(to_measure)
     first_columns = _columns(first, document)
     ranges: _Ranges = {}
     _widen(ranges, first, first_columns)
-    for piece in rest:
+    for piece in to_measure:
         _widen(ranges, piece, _columns(piece, document))
     notes: list[str] = []
     header, records = _header(first, document)
@@ -293,7 +293,7 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
         stored_name = name
         if name in standard and standard[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
-                notes.append("its intensity from 0 to 1 became one from 0 to 65535, rounded")
+                notes.append("its intensity from 0 to 1 is stored as whole numbers from 0 to 65535")
                 stored[name] = name, 65535.0
                 continue
             if not (whole and standard[name].min <= least and most <= standard[name].max):

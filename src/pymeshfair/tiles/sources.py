@@ -71,7 +71,7 @@ class PlyFile:
         """Reads and checks the header."""
         header = read_header(self.path)
         if header.format == "ascii":
-            raise ContentsError("it is a text; by tiles a PLY file must be binary")
+            raise ContentsError("it is a text file; by tiles a PLY file must be binary")
         return header
 
     @cached_property
@@ -188,7 +188,7 @@ class LasCloud:
     """The points of a LAS or LAZ file; reading raises `ContentsError` if the file contradicts its header."""
 
     path: Path
-    #: names in the file of new values: of "scalars", which are outlier probabilities, and of "normals"
+    #: the dimensions that store new values: "scalars", which are outlier probabilities, and "normals"
     names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
 
     @property
@@ -214,7 +214,7 @@ class LasCloud:
                 yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes `count` of the points, those that `marks` keep, to another file; values with the names in `added` are new."""
+        """Writes the `count` points that `marks` keep to another file, with new dimensions for the names in `added`."""
         import laspy
 
         with opened(self.path) as reader:
