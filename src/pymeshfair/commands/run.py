@@ -45,7 +45,7 @@ def run(
     input: Annotated[Path, Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
     chosen: options.RunOptions,
-    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT, even if it is INPUT, map and report.")] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT (even if it is INPUT), map and report.")] = False,
     map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write a map of kept, moved and added surface.")] = None,
     map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="In the map, smaller moves count as kept.")] = None,
     tiles: Annotated[bool, Option("--tiles", help="Work in tiles, if memory is too small; see docs/scale.md.")] = False,
@@ -81,10 +81,10 @@ def run(
         job = replace(job, warnings=(*changes, *traps(job.recipe.script)))
         scheduler = chosen.chosen_scheduler()
         if not tiles and (scheduler is not None or resume):
-            raise typer.BadParameter("it needs --tiles")
+            raise typer.BadParameter("--resume and the options of a scheduler need --tiles")
         if tiles:
             if report is not None:
-                raise typer.BadParameter("--tiles makes no report, which shows the whole mesh")
+                raise typer.BadParameter("--tiles makes no report, because a report shows the whole mesh")
             from ..tiles.course import run_by_tiles
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
@@ -142,7 +142,7 @@ def _show(result: RunResult) -> None:
     typer.echo(f"{counted(len(result.steps), 'step')} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
         shown = path
-        with contextlib.suppress(OSError, ValueError):  # if the file is outside the working folder, or that is gone
+        with contextlib.suppress(OSError, ValueError):  # if the file is outside the working folder, or the folder is gone
             shown = path.relative_to(Path.cwd())
         typer.echo(f"  {printable(shown)}")
 
@@ -211,9 +211,9 @@ def verify(
     The recipe in the provenance is compared with the one that pymeshfair ships, or with the recipe's file. --allow-outside and
     --unchecked must be given again if the run had them.
 
-    Exit codes: 0 the same bytes (or, for random filters without a seed, equal counts of elements and small distances), 1 other
-    bytes, or the run failed, 3 the output has changed, 4 the input has changed, 5 the recipe has changed, 6 other bytes, and
-    versions have changed.
+    Exit codes: 0: the same bytes (or, for random filters without a seed, equal counts of elements and small distances); 1: other
+    bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other bytes, but
+    versions have changed, too.
     """
     from ..running.verify import verify_output
     from .display import progress

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: in mean edges: less noise comes from meshing, as level sets without other noise have up to 0.017. Recipes are then judged as on
-#: a scan without noise, by how little they move vertices
+#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. Recipes are then judged
+#: as on a scan without noise, by how little they move vertices
 _MESHING = 0.018
 #: the most tried settings that are shown
 _SHOWN = 6
@@ -53,9 +53,9 @@ def suggest(
 
     The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
     of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
-    filter sees, shows if there is noise to remove, and with which settings. With -o, the settings with the least error become
-    a recipe. It does on this scan what denoise does, can be changed, and can be used for similar scans. Low-pass smoothers are
-    compared in the same way, each with its best amount for the scan.
+    filter sees, shows whether there is noise, and which settings remove it best. With -o, the settings with the least error
+    become a recipe. It does on this scan what denoise does, can be changed, and can be used for similar scans. Low-pass smoothers
+    are compared in the same way, each with its best amount for the scan.
     """
     from ..errors import PymeshfairError
     from ..running.read import read_mesh
@@ -134,8 +134,8 @@ def _trials(
     results = trials(mesh.vertices, mesh.faces, scripts, clean=clean, timeout=timeout)
     if not is_correlated:
         return results
-    # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. The filter judges
-    # its settings in another way: recipes with it get the error of its best setting, and others at least that of the scan.
+    # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. `FILTER` judges its
+    # settings in another way: recipes with this filter get the error of its best setting, others at least that of the scan.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
     unfiltered = max(errors[0], traits["noise"])
@@ -165,7 +165,7 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
 
 def _summary(scan: Path, values: dict[str, Any], noise: float) -> str:
     if values["shape"] == "clean":
-        surface = f"; {noise:.2g} mean edges that look like noise are the surface itself" if noise > 0.0 else ""
+        surface = f"; what looks like noise of {noise:.2g} mean edges is the surface itself" if noise > 0.0 else ""
         return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
@@ -175,17 +175,17 @@ def _summary(scan: Path, values: dict[str, Any], noise: float) -> str:
 
 def _sureness(values: dict[str, Any]) -> str:
     if values["sure"]:
-        return "sure: the noise of neighbours is independent, and hardly another setting predicts as well"
+        return "sure: the noise of neighbours is independent, and hardly any other setting predicts as well"
     return "not sure: several settings predict as well, or details may look like noise; compare pictures"
 
 
 def _kind(values: dict[str, Any]) -> str:
     is_independent = values["shape"] == "noisy"
-    return f"a shape with noise {'of its own at every vertex' if is_independent else 'that neighbours share'}"
+    return f"a shape with noise {'that is independent at every vertex' if is_independent else 'that neighbours share'}"
 
 
 def _setting_lines(values: dict[str, Any]) -> list[str]:
-    """Lines about the best settings and the first of all, which does nothing, with the error of each."""
+    """Lines with the errors of the best settings, and of the first setting tried, which does nothing."""
     tried = values.get("tried", [])
     if not tried:
         return []
