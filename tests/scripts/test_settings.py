@@ -118,7 +118,7 @@ def test_a_wrong_setting_is_refused(text: str, error: type[Exception], message: 
 @pytest.mark.parametrize(
     ("data", "line", "message"),
     [
-        (lines(*HEAD, HEAD[0]), 5, "'size' stands there twice"),
+        (lines(*HEAD, HEAD[0]), 5, "'size' is declared twice"),
         (lines(*HEAD, '<setting name="third" default="1"/>'), 5, "no step uses the setting 'third'"),
         (lines(HEAD[0]), 10, "no setting of that name"),
         (lines(HEAD[0].replace("1%", "2%"), HEAD[1]), 5, "is 1.0%, but the default of its setting 'size' is 2%"),

@@ -1,4 +1,4 @@
-"""The conditions of a recipe for scans, and the limits on its result, which a command may set, too.
+"""The conditions of a recipe for scans, and the limits on its result. Commands may set limits, too.
 
 The ``Fits:`` paragraph of a recipe's head lists conditions, as in ``Fits: mesh, noise 0.1 to 0.4 edges, sharp``. Each is a word,
 or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before a word negates it.
@@ -141,7 +141,7 @@ class Guards:
         return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
-        """These limits, with those that are set in `others` in their place."""
+        """These limits, except that those set in `others` replace them."""
         return replace(self, **others._limits)
 
     @property

@@ -357,7 +357,7 @@ def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Pro
     by_name: dict[str, Setting] = {}
     for setting in document.settings:
         if setting.name in by_name:
-            words = f"the setting {setting.name!r} stands there twice"
+            words = f"the setting {setting.name!r} is declared twice"
             yield Problem(file=document.name, line=setting.line, message=words)
         by_name.setdefault(setting.name, setting)
     for step in steps:
@@ -382,5 +382,5 @@ def _disagreement(step: Step, parameter: str, setting: Setting | None, name: str
         return f"cannot take the default {shortened(setting.default)!r} of the setting {name!r}: {error}"
     if value != step.values[parameter]:
         text = shortened(str(step.values[parameter]))
-        return f"is {text}, but the default of its setting {name!r} is {shortened(setting.default)}; MeshLab would run the first"
+        return f"is {text}, but the default of its setting {name!r} is {shortened(setting.default)}; MeshLab would take {text}"
     return None
