@@ -54,7 +54,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
     """Calls a plugin's filter and returns its edit; `inputs` are all parameter values, from `resolved`.
 
     `on_progress` receives the completed share of the work. If it raises an exception that leaves the filter, `call` raises
-    `StoppedError` with this cause. Other exceptions of the filter pass; `MeshError` if its edit does not fit the layer.
+    `StoppedError` with this cause. Other exceptions of the filter are passed on. `MeshError`: its edit does not fit the layer.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []

@@ -97,7 +97,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
         """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some.
 
-        Lengths are in mesh units. For the extension of a file, returns the parameters for saving such a file.
+        Lengths are in mesh units. If `filter_name` is a file extension, these are the parameters for saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
 

@@ -55,9 +55,9 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
 
 
 def render(template: str, /, *, scripts: Sequence[str] = VIEWER, sockets: bool = False, **values: Any) -> str:
-    """Fill a template, which extends ``page.html``; a missing variable is an error.
+    """Fill a template that extends ``page.html``; a missing variable is an error.
 
-    The page contains these `scripts` of ``static/``. It may not connect to any server; with `sockets`, only to its own.
+    The page contains these `scripts` of ``static/``. It may connect to no server; with `sockets`, to its own server only.
     """
     static = importlib.resources.files(__package__) / "static"
     style, *texts = (Markup((static / name).read_text("utf-8")) for name in ("page.css", *scripts))
@@ -153,7 +153,7 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """A chart of each sample's percent in bars from low to high, the outermost with the values beyond; None if all are empty."""
+    """A chart of the samples in percent; the outermost bars include values below `low` or above `high`. None if all are empty."""
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None

@@ -54,13 +54,13 @@ def verify_output(
 ) -> Verification:
     """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
-    The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file,
-    unless `recorded` accepts it without that. The options that weaken a run, `allow_outside` and `unchecked`, must be given
+    The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file;
+    `recorded` lifts this condition. The options that weaken a run, `allow_outside` and `unchecked`, must be given
     again.
 
     Raises:
         OutputError: the output has no provenance, or one that cannot be understood.
-        ParameterError: the run had an option that must be given again, and is not.
+        ParameterError: the run had an option that must be given again, but was not.
         RunError: the run failed.
     """
     output = Path(output).absolute()
@@ -116,7 +116,7 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
-    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on it
+    job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on measures
     files = [Path(str(entry["path"])).name for entry in entries]
     _occupy(files[1:], again)
     tolerances, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]

@@ -37,7 +37,7 @@ from ..scripts.script import Script
 
 #: the most vertices of a scan that is used whole, and the vertices of the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the side of the box for coordinates, relative to that of the scan: results may be larger
+#: the side of the box for coordinates, relative to that of the scan, because results may be larger
 _ROOM = 1.5
 #: the name of a file that stops the run in whose folder it is made
 STOP = "stop"
@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns about `count` vertices: the nearest to the foremost in the middle of the first view, which faces them."""
+    """Returns about `count` vertices: those nearest to the foremost vertex in the middle of the first view."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
@@ -101,7 +101,7 @@ class Bench:
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carries out the steps of a job; returns the mesh. `measure` computes the numbers, since that may take longer."""
+        """Carries out the steps of a job; returns warnings, tried settings and the mesh. Its measures come from `measure`."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)

@@ -16,7 +16,7 @@ from ..mesh_data import MeshData, View, as_levels
 from ..mesh_data.mesh_data import LazyAttributes
 from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
-#: A morph computes s + (t - s) in floating point; a second one corrects the rounding of the first.
+#: The most morphs of one move: a morph computes s + (t - s) in floating point; a second one corrects the rounding.
 _MOST_MORPHS = 3
 _KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
 #: by array of `Layer`, pymeshlab's method that returns it

@@ -28,10 +28,10 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
 @contextmanager
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
-    """Removes the matrix of the current layer while the context is open; if that ends with an exception, restores the layer.
+    """Removes the matrix of the current layer while the context is open; after an exception, restores the layer.
 
     Deleted elements are not restored. MeshLab cannot remove new scalars and colours of faces and new texture coordinates of
-    vertices, and cannot make polygons of triangles again.
+    vertices, and cannot turn triangles back into polygons.
 
     Raises:
         MeshError: the context failed, and a part of the layer could not be restored.
@@ -194,7 +194,7 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
 
 
 def _as_data(mesh: Any) -> MeshData:
-    """Reads the layer with the attributes that added elements continue."""
+    """Reads the layer with the attributes from which those of added elements are computed."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
@@ -245,7 +245,7 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Sets one texture coordinate for each added face, and restores those of the seed."""
+    """Sets one texture coordinate for each added face, and restores those of the face `seed`, see `grow`."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
