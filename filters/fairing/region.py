@@ -216,8 +216,8 @@ def _check_held(system: _System, part: Submesh) -> None:
             )
         kind = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(len(holding), 3) - 1]
         raise FilterInputError(
-            f"{group} are held by {len(holding)} {kind}, such as {part.vertices[holding[0]]}, and would collapse: around each "
-            "part at least three vertices, not in one line, must stay; select less"
+            f"{group} are held by {len(holding)} {kind}, such as {part.vertices[holding[0]]}, and would shrink to nothing: "
+            "around each part at least three vertices, not in one line, must stay; select less"
         )
 
 
