@@ -153,7 +153,7 @@ class Response:
         return total
 
     def last_frequency(self, tolerance: float) -> float:
-        """The frequency beyond which F differs from its limit by less than `tolerance` > 0: no modes matter there."""
+        """The frequency beyond which F differs from its limit by less than `tolerance` > 0: higher modes do not matter."""
         largest = sum(map(abs, self.weights))
         if largest <= tolerance:
             return 0.0

@@ -190,8 +190,8 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
     if not tried:
         return []
     best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
-    criterion = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
-    lines = [f"tried {criterion}: {len(tried)} settings that were not ruled out early; error in mean edges of"]
+    criterion = "by their effect on the noise" if values["shape"] == "correlated" else "on held-out vertices"
+    lines = [f"{len(tried)} settings, not ruled out early, were compared {criterion}; the errors in mean edges are:"]
     for trial in best if tried[0] in best else [*best, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
@@ -212,7 +212,7 @@ def _smoother_lines(values: dict[str, Any]) -> list[str]:
     compared = values.get("smoothers", [])
     if not compared:
         return []
-    lines = ["smoothers, each with the amount that suits this scan best; error in mean edges of"]
+    lines = ["smoothers, each with the amount that suits this scan best; the errors in mean edges are:"]
     for trial in sorted(compared, key=lambda trial: trial["error"]):
         name, amount = _SMOOTHERS[trial["smoother"]]
         words = f" {amount.format(trial['amount'])}" if amount else ""
