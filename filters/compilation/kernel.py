@@ -177,7 +177,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # code loaded twice shares the environment of one copy, which may be freed
+        with _LOADING:  # two copies of the same code would share one environment, which may be freed with one copy
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)

@@ -280,7 +280,7 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         best = np.int32(i)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
-            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the lowest face.
+            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the face with the lowest number.
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]

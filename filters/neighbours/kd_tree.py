@@ -170,7 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k nearest candidates, or up to `most`, to the front. Returns their number, bound, and an index to break ties."""
+    """Moves the k nearest candidates, or up to `most`, to the front. Returns their number, and bounds of distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
