@@ -41,7 +41,7 @@ class NormalFilterParameters:
             bilateral on the normals of vertices.
         range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
             edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
-        space_kernel: How weight falls with distance; 'constant' does not.
+        space_kernel: How weight falls with distance; 'constant': not at all.
         range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle'
             in radians; 'squared', the square of that length.
         range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30
@@ -117,11 +117,11 @@ def apply_coord_normal_filtering(
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            predicts their places from the others, 'only' moves nothing else. 'auto' keeps them if all else is given.
+            predicts their places from the others, 'only' moves nothing else. 'auto': 'keep' if all other values are given.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
-            'undo' first moves the vertices to a smoother surface within half a step. 'auto' means 'keep' if all else is given.
+            'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values are given.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns faces
-            over, and round edges, which the filter sharpens again. 'auto' takes 0 if all else is given.
+            over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
         relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
             implicit, bi-Laplacian and spectral smoothing. The result is the same. Only if all parameters are automatic.
@@ -183,7 +183,7 @@ def apply_normal_robust_filtering_per_face(
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
     This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of normal
-    iterations is the total of Normal Filtering. Returns the parameters in use.
+    iterations is the total over all rounds of Normal Filtering. Returns the parameters in use.
 
     Args:
         selected: Only the selected faces get a new normal; the others keep theirs, and still count as neighbours.
@@ -214,7 +214,7 @@ def _completed(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Completes the given parameters by a choice for the mesh; returns all parameters, and the findings behind the choice.
 
-    Only measures the mesh if a parameter in `of` has to be chosen; `how` goes to `automatic_choice`.
+    The mesh is measured only if a parameter in `of` has to be chosen; `kwargs` go to `automatic_choice`.
     """
     if CHOSEN & of <= set_values.keys():
         return {**DEFAULTS, **set_values}, {}
@@ -226,7 +226,7 @@ def _completed(
     made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
-        # The choice is no normal filtering: complete the given parameters with the filter's own default instead of 0 rounds.
+        # If no normal filtering is chosen, the given parameters are completed by the default number of rounds instead of 0.
         del chosen["outer_iterations"]
     return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
@@ -250,7 +250,7 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
     comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
     if comparison is None:
         return []
-    rows = reported(comparison, lambda way: {"smoother": way.smoother or "nothing", "amount": way.amount})
+    rows = reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
     return [{**row, "chosen": trial == comparison.chosen} for row, trial in zip(rows, comparison.trials, strict=True)]
 
 
@@ -273,7 +273,7 @@ def _mean_displacement(layer: Layer, vertices: Floats) -> float:
     return float(np.linalg.norm(moved, axis=1).mean())
 
 
-# ----------------------------------------------------------------------------------------------------------- of positions
+# -------------------------------------------------------------------------------------------------- bilateral filters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -295,7 +295,7 @@ class Kernels:
     space_sigma: Annotated[float, Percentage(automatic=0, default="auto")]
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments of a bilateral filter, which estimates a scale of None."""
+        """The arguments of a bilateral filter; a scale of None is estimated."""
         return {**asdict(self), "range_sigma": self.range_sigma or None, "space_sigma": self.space_sigma or None}
 
 

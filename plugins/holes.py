@@ -50,7 +50,7 @@ def meshing_close_holes_by_fairing(
             selected, rims that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows noise at the rim;
-            'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy; a note says so.
+            'none' leaves them flat. Degenerate triangles at a rim may need a lower energy, one named earlier; a note says so.
         refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and nothing is
             faired.
         rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around bulges.

@@ -83,7 +83,7 @@ def apply_coord_spectral_filter(
 
 
 def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:
-    """A sentence about the change of the shape; numbers report the computation."""
+    """A sentence about the change of the shape; the returned numbers describe the computation."""
     if filtered.route == "none":
         return filtered.explanation
     did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
@@ -106,7 +106,7 @@ def apply_coord_detail_enhancement(
 
     Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open borders and
     in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean square), the
-    largest displacement, and the share of the vertices whose displacement the thickness has halved or more.
+    largest displacement, and the share of the vertices that move half as far or less because of a thin part or gap.
 
     Args:
         gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing.

@@ -15,10 +15,10 @@ from ..fairing import bilaplacian_smoothing
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..spectral import spectral_filter
 
-#: Smooths (n, 3) points (mean edge 1) with (m, 3) faces by an amount; the last argument is (n,) which may move, None for all.
+#: Takes (n, 3) points of mean edge 1, (m, 3) faces, an amount, and the (n,) mask of movable points (None: all); returns points.
 Smoother: TypeAlias = Callable[[Floats, Ints, float, Bools | None], Floats]
 
-#: detail sizes to try, in mean edges: a wave is longer than 2 edges, and noise of single vertices is shorter than 32
+#: detail sizes to try, in mean edges: from 2, below the shortest wave of a mesh, to 32, above the noise of single vertices
 DETAIL_SIZES: tuple[float, ...] = tuple(2.0 ** (k / 2.0) for k in range(2, 11))
 #: numbers of pairs of Taubin steps to try
 PASSES: tuple[float, ...] = (1, 2, 3, 5, 8, 12, 18, 28, 42, 64)
@@ -34,16 +34,16 @@ def chosen_amount(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[float] | None:
-    """Chooses the amount with the least expected error of the slopes of the result; see `Scan.choose_by_risk`.
+    """Chooses the amount whose result has slopes with the least expected error; see `Scan.choose_by_risk`.
 
-    It is tried on the mesh or on patches of a large mesh, scaled to a mean edge of 1. If residuals of neighbours correlate, noise
-    is not certain; `Scan.choose` and `Scan.or_nothing` then decide. Movement along the surface is not judged.
+    Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If residuals of neighbours
+    correlate, they may be surface, not noise: then `Scan.choose` and `Scan.or_nothing` decide. Only motion along normals counts.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         smooth: the smoother.
-        amounts: the amounts to try, ascending; 0, doing nothing, is tried too.
+        amounts: the amounts to try, ascending; 0, which does nothing, is tried, too.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not evidence.
         seed: selects the held-out vertices.
         progress: called while amounts are tried; may raise to stop.
@@ -107,8 +107,8 @@ def compare_smoothers(
     Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The winner, and the best of each family with error and standard error, doing nothing first; see `Scan.choose`. A family
-        whose equations cannot be solved on the mesh is left out. None if the scan is clean or no vertex can be held out.
+        The winner, and errors with standard errors of no smoothing and the best of each family; see `Scan.choose`. Families whose
+        equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
@@ -138,4 +138,5 @@ def compare_smoothers(
         return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)
 
     last = replace(scan, progress=part_of(report, 0.8, 1.0))
-    return last.choose(lambda p, held: [iter([result(of, p, held)]) for of in best], [[of] for of in best], stays=1e12)
+    # With so many standard errors no family is dropped.
+    return last.choose(lambda p, held: [iter([result(s, p, held)]) for s in best], [[s] for s in best], stays=1e12)

@@ -3,7 +3,7 @@
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
 cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
-``signatures.json`` lists the kernels and argument types that the shipped recipes, and all filters with their defaults, use.
+``signatures.json`` lists the kernels and argument types that are used by the shipped recipes and by all filters with defaults.
 The installation and ``pymeshfair doctor --warm`` compile them ahead in several processes; ``tools/generate.py kernels`` runs the
 recipes and filters, and writes the list.
 """
@@ -137,7 +137,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
-    """A function that runs as machine code, see `compiled`; numba accepts it as its own, so that kernels can call each other."""
+    """A function that runs as machine code, see `compiled`. Numba accepts it as its own function, so kernels can call kernels."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         """See `compiled`."""
@@ -170,14 +170,14 @@ class Kernel:
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
-            return self.code.setdefault(signature, self.dispatcher)  # another process cannot import it
+            return self.code.setdefault(signature, self.dispatcher)  # the compiler process cannot import this kernel
         name = self.stored_name(signature)
         code = machine_code.read(name)
         if code is None:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # code loaded twice shares the environment of one copy, which may be freed
+        with _LOADING:  # two copies of the same code would share one environment, which may be freed with one copy
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)
@@ -276,7 +276,7 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 class Compilation:
     """The compilations of this process so far."""
 
-    kernels: int = 0  # the number of kernels, with the one in progress; kernels that they call do not count
+    kernels: int = 0  # the number of kernels, including the one in progress, but not kernels compiled inside another
     seconds: float = 0.0  # the total time of the finished compilations
     is_going_on: bool = False  # whether a kernel is being compiled
 
@@ -316,7 +316,7 @@ def listed_signatures() -> Signatures:
 
 
 def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, processes: int | None = None) -> list[str]:
-    """Compiles all kernels that are not stored yet, and returns the messages of failures; None: one process per processor."""
+    """Compiles all kernels that are not stored yet, in `processes` (None: one per processor); returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
     compilers = [Compiler() for _ in range(count)]

@@ -24,7 +24,7 @@ class AutomaticChoice(NamedTuple):
     noise: NoiseEstimate
     evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
     # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting predicts as well.
-    # Its error is then hardly ever more than 5 % above the error of the best setting.
+    # The error of the chosen setting is then hardly ever more than 5 % above the least error of all settings.
     sure: bool = False
 
 
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. Its test uses the calmest places, which uneven noise may leave clean. Rounding is handled last.
+    # 1. Correlated noise, tested in the calmest places: uneven noise that leaves these clean is not found. Rounding comes last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)
@@ -78,11 +78,11 @@ def _independent(
     """Returns the choice for noise that is independent between neighbours, and for clean meshes."""
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
-    even, setting, evidence = calmed is scan and not uneven, Setting(), None
+    is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or a surface whose residuals correlate between neighbours.
-    if not is_designed(mesh.points, mesh.cells) and not (even and scan.clean):
-        # 4. Cross-validation. If the vertices besides the outliers are clean, settings that move only outliers are tried, too.
-        # Those settings have no Taubin steps.
+    if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
+        # 4. Cross-validation. If all vertices but the outliers are clean, settings that move only outliers are tried, too:
+        # settings without Taubin steps.
         alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
@@ -94,8 +94,8 @@ def _independent(
             setting = evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
-    few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
-    sure = few and calmed is scan and scan.agreement[0] < tuned.SURE
+    has_few_rivals = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
+    sure = has_few_rivals and calmed is scan and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 

@@ -1,7 +1,7 @@
 """Denoising by rounds of two steps: filters the face normals, then fits the vertices to them.
 
-The guide of a face is the mean normal of the most uniform patch that contains it [zhang2015]. The filter of vertex normals is
-here for comparison only, since vertex normals average across creases [yadav2021].
+The guided filter compares a face with its guide normal: the mean normal of the most uniform patch with this face [zhang2015].
+The filter of vertex normals is here for comparison only, since vertex normals average across creases [yadav2021].
 """
 
 import math
@@ -25,11 +25,11 @@ from .vertex_update import VertexUpdate, fit_vertices
 
 # Prevents 0 / 0 in the measure of a flat patch.
 _EPSILON = 1e-9
-# The corners of a face that a round folds go back. This may fold other faces, so the test is repeated this number of times.
+# After a round the corners of newly folded faces move back. This may fold other faces, so the test is repeated this many times.
 _FOLD_TESTS = 2
 # The rings of faces on which the guide normals depend.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
-# With this box the normalisation of normalised points changes no bit.
+# The bounding box to use for points that are normalised already: normalising them again then changes no bit.
 _AS_THEY_ARE = Whole(np.full(3, -0.25), np.full(3, 0.25))
 
 
@@ -48,8 +48,8 @@ def normal_filtering(
     """Filters the face normals and fits the vertices to them, `outer_iterations` times.
 
     Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
-    [zheng2011]: 20 passes, then 10 steps, once. Many outer iterations of one pass keep features better, since each pass then
-    starts from normals of an actual surface.
+    [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations of one pass keep
+    features better, since each pass then starts from normals of an actual surface.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -62,7 +62,7 @@ def normal_filtering(
         movable: (n,) bool, which vertices may move, None for all. Faces of fixed vertices still count.
         progress: called after every pass and every fit; may raise to stop.
         **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Its
-            `normal_iterations` are those of one outer iteration, its distances are measured in each one.
+            `normal_iterations` count the passes of one outer iteration. Its distances are measured anew in every outer iteration.
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, or on a fixed border. Deterministic, for
@@ -119,7 +119,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # Faces without area whose vertices no other face uses are not in the normalised mesh.
+    # The normalised mesh lacks a face without area if no other face uses its vertices.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals
@@ -138,7 +138,7 @@ def rounds(
 ) -> Iterator[Floats]:
     """Yields the points after each round of `normal_filtering`, without end, or nothing if no point may move.
 
-    The mesh is in the order of `adjacency`; `progress` gets the share of a round. Corners of a face that a round would fold stay.
+    The mesh is in the order of `adjacency`; `progress` gets the share of a round. If a round would fold a face, its corners stay.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -177,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """The passes of a filter of face normals, in the order of `adjacency`; a part needs the mean `distance` of the whole."""
+    """The passes of a filter of face normals, in the order of `adjacency`; a part needs the `distance` of the whole mesh."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -222,9 +222,9 @@ class NormalPasses:
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
     """Returns (m, 3) the guide normal of each face: the area-weighted mean of the most uniform patch that contains the face.
 
-    The patch of a face is the face and its neighbours in `patches`, "vertex". A patch is uniform if H = D R is small. D is the
-    largest |n_j - n_k| of two faces of the patch. R is the largest |n_j - n_k| over its inner edges divided by their sum: near 1
-    if one edge has the whole bend, small if it is spread.
+    The patch of a face is the face with its neighbours in `patches` ("vertex"). A patch is uniform if H = D R is small. D is the
+    largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge, divided by the sum over
+    all inner edges: near 1 if one edge has the whole bend, small if the bend is spread.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
@@ -280,7 +280,7 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         best = np.int32(i)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
-            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the lowest face.
+            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the face with the lowest number.
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
@@ -299,7 +299,7 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
 
 
 def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """Returns (n, 8) a table as of `measure_faces` for vertices: area-weighted mean normal, area of the faces, coordinates."""
+    """Returns (n, 8) a table as of `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
     rows = np.zeros((len(vertices), 8))
     rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
     rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
@@ -336,32 +336,32 @@ def round_of_part(
 ) -> Floats:
     """Returns (n, 3) the points of a part of a mesh after one round of `normal_filtering`.
 
-    Points with `rings_of_round` rings around them get the same bits as in the whole. Points and faces are in the order of the
-    whole, and the points are normalised like it. `distance` is the mean distance of face centres of the whole, if
-    `needs_distance`.
+    Points with `rings_of_round` rings around them get the same bits as in a run on the whole mesh. Points and faces are in the
+    order of the whole mesh, and the points are normalised with its bounding box. `distance` is the mean distance of face centres
+    in the whole mesh, if `needs_distance`.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     adjacency = Adjacency.of(mesh)
     mesh = mesh.in_order(adjacency.places)
-    how: dict[str, Any] = {"vertex_iterations": vertex_iterations, "vertex_update": vertex_update, "border": border}
-    results = rounds(mesh, adjacency, settings, distance=distance, **how)
+    options: dict[str, Any] = {"vertex_iterations": vertex_iterations, "vertex_update": vertex_update, "border": border}
+    results = rounds(mesh, adjacency, settings, distance=distance, **options)
     moved = points.copy()
     moved[mesh.used] = next(results, mesh.points)
     return moved
 
 
-def distances_of_part(points: Floats, faces: Ints, own: Bools) -> tuple[list[float], int]:
-    """Returns the exact sum, as a list of numbers, of the centre distances of edge neighbours, and the number of distances.
+def distances_of_part(points: Floats, faces: Ints, counted: Bools) -> tuple[list[float], int]:
+    """Returns the exact sum of the centre distances of edge neighbours, as a list of numbers, and the number of distances.
 
-    The sum goes over the `own` faces of a part, which have two rings around them; the points are normalised. One `math.fsum` over
-    the numbers of all parts gives the sum of the whole, rounded once.
+    The sum has the faces of a part in the mask `counted`, which need two rings of faces around them; the points are normalised.
+    One `math.fsum` over the lists of all parts gives the sum of the whole mesh, rounded once.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     kept = np.isin(faces, mesh.used).all(axis=1)
     adjacency = Adjacency.of(mesh)
     edge = adjacency.around("edge")
-    sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[own[kept]]
+    sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[counted[kept]]
     parts: list[float] = []
-    while rest := math.fsum([*sums.tolist(), *(-part for part in parts)]):
-        parts.append(rest)
-    return parts, int(np.diff(edge.offsets)[own[kept]].sum())
+    while remainder := math.fsum([*sums.tolist(), *(-part for part in parts)]):
+        parts.append(remainder)
+    return parts, int(np.diff(edge.offsets)[counted[kept]].sum())

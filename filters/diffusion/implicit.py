@@ -1,6 +1,6 @@
 """Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length.
 
-`implicit_fairing` builds M and C. `BackwardEulerStep` assembles A = M - t C and solves A p' = M p, also on curves.
+`implicit_fairing` builds the masses M and the stiffness matrix C. `BackwardEulerStep` solves (M - t C) p' = M p, also on curves.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, norma
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
-#: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
+#: "cotangent" means the Laplace-Beltrami operator: C is the cotangent stiffness, M has the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
-_WITHOUT_UNIT = ("uniform", "inverse_length")
+_WITHOUT_UNIT = ("uniform", "inverse_length")  # the operators whose time step has no unit
 #: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
 #: input, M built anew.
 Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
-#: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
+#: The root mean square error that the solver leaves in the coordinates, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10
-# Longer steps are cut to this one: the result is the same to rounding, and products with squared lengths do not overflow.
+# Longer time steps are cut to this: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
-_ROUNDING = 2.0**-47
+_ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `BackwardEulerStep._assemble`
 # A volume below this share of the summed sizes of its tetrahedra is rounding: a flat sheet with two sides encloses nothing.
 _LEAST_VOLUME = 1e-9
-# Scaling back by more than this would magnify the solver's error of 1e-10 of the diagonal too much.
+# The largest factor to scale a component back: a larger one would magnify the solver's error of 1e-10 of the diagonal too much.
 _LARGEST_GROWTH = 1e3
 # How often the loss of a step is added back. Each time brings long waves nearer to their former amplitude.
 _TIMES = 2
@@ -47,7 +47,7 @@ _SOLVES = _TIMES * _PASSES
 def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
     """Returns the time step t with which `iterations` implicit steps halve waves of length `detail_size`.
 
-    A wave of length l has omega = 2 pi / l, and each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
+    A wave of length l has the frequency omega = 2 pi / l. Each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
     t = (2^(1 / iterations) - 1) (l / 2 pi)^2. With `keep_dimensions` the factor is 1 - (1 - s) (1 - s^2)^2, and t is longer.
     Valid for the operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at this scale.
 
@@ -83,10 +83,10 @@ def implicit_fairing(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Solves (M - t C) p' = M p: the surface after a diffusion time t in one stable step [desbrun1999].
+    """Returns the surface p' after a diffusion time t, by stable steps that solve (M - t C) p' = M p [desbrun1999].
 
-    A mode of eigenvalue -k of L = M^-1 C is multiplied by 1 / (1 + t k). As t grows, a closed component shrinks to its M-weighted
-    centroid, which stays, and a component with fixed vertices tends to a discrete minimal surface. Every t is stable.
+    Modes with eigenvalue -k of L = M^-1 C are multiplied by 1 / (1 + t k). As t grows, a closed component shrinks to its
+    M-weighted centroid, which stays, and a component with fixed vertices tends to a discrete minimal surface. Every t is stable.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -104,12 +104,12 @@ def implicit_fairing(
             [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
             a coherently oriented component without border whose vertices may all move; other components are not scaled.
-        keep_dimensions: after every step, add back, along the normals, the loss that neighbours have in common, on open surfaces
+        keep_dimensions: after every step, undo the part of the motion along the normals that neighbours share, on open surfaces
             too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
             wave, then 1 - (1 - s) (1 - s^2)^2 remains. Not for point clouds.
-        border: "fixed": border vertices stay. "along": a step of the same t, with the operator that `CURVE_OPERATOR` names,
-            smooths the border as a curve; then the interior is solved for between the new borders. Together they are the backward
-            Euler step of the flow in which border vertices depend only on their border neighbours. "free": border vertices are
+        border: "fixed": border vertices stay. "along": first a step of the same t smooths the border as a curve, with the
+            operator from `CURVE_OPERATOR`; then the interior is solved with the new border prescribed. Together they are the
+            backward Euler step of the flow in which border vertices depend only on border neighbours. "free": border vertices are
             like any other, and the border shrinks.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called every few solver steps with the share that is done; may raise to stop.
@@ -154,10 +154,10 @@ def implicit_fairing(
 
 
 class _Flow:
-    """Steps of one length on one mesh: builds C and M as the `Flow` requires, and solves.
+    """Time steps of one length on one mesh: builds C and M as the `Flow` requires, and solves.
 
-    With the border policy "along" a step has two parts: first the border curves, whose vertices have no neighbours inside, then
-    the rest with the new borders prescribed. Together they are the backward Euler step of this coupled system.
+    With the border policy "along" a step has two parts: first the border curves, where only border neighbours count, then the
+    other vertices with the new borders prescribed. Together they are the backward Euler step of this coupled system.
     """
 
     def __init__(
@@ -216,14 +216,14 @@ class _Flow:
 
 
 class BackwardEulerStep:
-    """(M - t C) p' = M p, solved for the displacement d = p' - p: (M - t C) d = t C p.
+    """Solves (M - t C) p' = M p for the displacement d = p' - p: (M - t C) d = t C p.
 
     Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite if each component has
     a fixed vertex or mass. A component without fixed vertices floats: C ignores its translation, so for large t the matrix is
-    nearly singular. But its equations sum up to sum_i M_i d_i = 0. This sum is imposed, so the centroid stays, to rounding.
+    nearly singular. But its equations add up to sum_i M_i d_i = 0. The solution is shifted to satisfy this: the centroid stays.
 
     The error e satisfies sum_i M_i |e_i|^2 <= ||e||_A^2, with ||e||_A the energy norm of A = M - t C, because -C is semidefinite.
-    The solver reduces ||e||_A to `TOLERANCE` times the norm of a shift by the diagonal, whose square is diagonal^2 sum_i M_i.
+    The solver reduces ||e||_A to `TOLERANCE` times the norm of a shift by the bounding-box diagonal: diagonal sqrt(sum_i M_i).
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
@@ -292,7 +292,7 @@ class BackwardEulerStep:
 
 
 def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
-    """C with its negative weights set to 0 and rows that sum to 0 again; C itself if it has none."""
+    """Returns C with negative weights set to 0, and a diagonal with which rows sum to 0; C itself without negative weights."""
     rows = np.repeat(np.arange(stiffness.shape[0]), np.diff(stiffness.indptr))
     negative = (stiffness.data < 0.0) & (stiffness.indices != rows)
     if not negative.any():
@@ -318,7 +318,7 @@ class _Floating(NamedTuple):
         return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
 
     def means(self, values: Floats, mass: Floats) -> Floats:
-        """(f, d) the mass-weighted mean of the values over each free vertex's component; 0 if that has a fixed vertex."""
+        """(f, d) the mass-weighted mean of the values over each free vertex's component; 0 for components with a fixed vertex."""
         weighted = mass[:, None] * values
         if len(self.weight) == 1:
             return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)
@@ -367,7 +367,7 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
         left = volumes[lost[0]] / former[lost[0]]
         raise FilterInputError(
             f"preserve_volume: a step leaves only {left:.3g} of the volume of a closed component, too little to scale it back "
-            f"({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
+            f"({len(lost)} such components): take a shorter time step, or more steps with flow='conformalized'"
         )
     inside = original.vertex_component >= 0
     component = original.vertex_component[inside]
@@ -398,12 +398,12 @@ def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
 def dimensions_restored(
     before: Floats, after: Floats, faces: Ints, smoothed: Callable[[Floats, Progress], Floats], progress: Progress
 ) -> Floats:
-    """Adds back, along the normals, the part of a smoothing step's loss that neighbouring vertices have in common.
+    """Undoes, along the normals, the part of a smoothing step's motion that neighbouring vertices share.
 
     A step moves convex parts inwards and concave parts outwards. There the loss h = (p - p') . n along the normals n of p' varies
-    slowly, while noise changes its sign from vertex to vertex. So the same smoothing S separates the two: p'' = p' + S(S(h)) n,
-    and once more. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its radius
-    back. A wave on a plane of which S leaves the share s keeps 1 - (1 - s) (1 - s^2)^2.
+    slowly, while noise changes its sign from vertex to vertex. So the same smoothing S separates shape from noise: p'' = p' +
+    S(S(h)) n, done twice. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its
+    radius back. If S leaves the share s of a wave on a plane, the share 1 - (1 - s) (1 - s^2)^2 remains.
 
     `smoothed` is S for (n, 1) values. A vertex stays if the step has not moved it and S leaves its loss at 0.
     """

@@ -18,7 +18,7 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: For each family of filters an iterator over its (n, 3) results. Threads read them, each only as far as needed.
+#: One iterator for each family of filters, over its (n, 3) results. Threads read each iterator only as far as needed.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
 #: Returns the runs for (n, 3) vertices and the indices of the held-out ones.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
@@ -30,7 +30,7 @@ class Trial(Generic[Label]):
 
     label: Label  # names the candidate
     error: float  # root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges
-    excess: float  # its mean square minus that of the best candidate, in squared mean edges
+    excess: float  # the mean square of these deviations minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
 
@@ -60,7 +60,7 @@ class Scores(NamedTuple):
         return np.asarray(self.excess <= standard_errors * self.uncertainty)
 
     def choice(self, labels: Sequence[Sequence[Label]], chosen: int | None = None) -> Choice[Label]:
-        """Returns the `Choice` of the candidate number `chosen`, by default the best; the k `labels` are given by families."""
+        """Returns the `Choice` of candidate number `chosen` (None: the best); the k `labels` are grouped by family."""
         columns = (values.tolist() for values in self[:3])
         trials = tuple(Trial(*row) for row in zip(chain.from_iterable(labels), *columns, strict=True))
         return Choice(trials[self.best if chosen is None else chosen], trials)
@@ -69,7 +69,7 @@ class Scores(NamedTuple):
 def scores_of(deviations: Floats) -> Scores:
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
-    The squares are q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. Clipping removes
+    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. This removes
     the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least
     mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
@@ -85,17 +85,17 @@ def scores_of(deviations: Floats) -> Scores:
 def initial_positions(
     points: Floats, faces: Ints, *, normals: Floats, scored: Bools, by_means: bool = False
 ) -> Callable[[Ints], Floats]:
-    """Returns a function that moves held-out vertices to predicted positions: from their indices to (n, 3) points.
+    """Returns a function from the indices of held-out vertices to (n, 3) points with these vertices at predicted positions.
 
-    The prediction is the mean of the neighbours, which passes on less noise, or the quadric through two rings. The one with
-    smaller errors on the (n,) `scored` vertices is used; `by_means` forces the mean. The (n, 3) points have a mean edge of 1, the
-    (n, 3) unit normals are smoothed.
+    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric through two rings: by the
+    way with smaller errors on the (n,) `scored` vertices, or by the mean if `by_means`. The (n, 3) points have a mean edge of 1,
+    the (n, 3) unit normals are smoothed.
     """
-    rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
+    rings, indices = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:
-        by_quadrics, _ = predicted_heights(points, rings, normals, which)
-        ways = means_of_others(points, rings, which, np.zeros_like(scored)) - points[which]
-        by_means = scores_of(np.stack([np.einsum("ij,ij->i", ways, normals[which]), by_quadrics])).best == 0
+        by_quadrics, _ = predicted_heights(points, rings, normals, indices)
+        offsets = means_of_others(points, rings, indices, np.zeros_like(scored)) - points[indices]
+        by_means = scores_of(np.stack([np.einsum("ij,ij->i", offsets, normals[indices]), by_quadrics])).best == 0
     return lambda held: without(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
 
 
@@ -113,9 +113,9 @@ def cross_validate(
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
     which should do nothing, always stays. The remaining sets are skipped once a single candidate is left.
 
-    `run` returns the results of the candidates for a set, by families; `labels` are their labels. `deviations` returns (h,)
-    deviations in mean edges for a set, the number of a candidate and its result. `progress` is called after every family and may
-    raise to stop.
+    `run` returns the results of the candidates for a set, by families; `labels` are their labels. `deviations` takes a set, the
+    number of a candidate and its result, and returns (h,) deviations in mean edges. `progress` is called after every family and
+    may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
@@ -167,7 +167,7 @@ def measured(
     progress: Progress = ignore_progress,
     kept: Bools | None = None,
 ) -> list[Measure]:
-    """Returns `measure(number, result)` of each kept candidate, by default of all; a family stops after its last kept one."""
+    """Returns `measure(number, result)` of each kept candidate (None: all); a family stops after its last kept candidate."""
     starts, measures = np.cumsum([0, *map(len, labels)]), dict[int, Measure]()
     wanted = np.ones(starts[-1], dtype=np.bool_) if kept is None else kept
 

@@ -30,12 +30,12 @@ _TOLERANCE = 1e-6
 _LONGEST_STEP = 0.5
 # A step that would fold a triangle or leave the surface is halved up to this many times, then dropped.
 _HALVINGS = 4
-# Triangles at sharp edges may deviate from the surface by this share of the deviation of others; more would fray the edges.
+# Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would fray the edges.
 _AT_RIDGES = 0.2
-# Smoothed unit normals differ by at least this across a sharp edge, 25 degrees; across an edge of noise they differ less.
+# Smoothed unit normals at the two vertices opposite a sharp edge differ by more than this length (25 degrees); noise has less.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
-# The least cosine between the normal of a triangle and its former normal, and the normal of the surface below it. For a flip:
-# between the normals of a new and an old triangle, and of the two new ones.
+# The least cosine between the normal of a moved triangle and its former normal, or the normal of the surface below it. After a
+# flip: between the normals of a new and an old triangle, or of the two new triangles.
 _LEAST_COSINE = 0.25
 # The most passes of flips. Each raises the mean quality; after this many the gain is negligible.
 _FLIP_PASSES = 50
@@ -72,7 +72,7 @@ def tangential_smoothing(
         weight: w, above 0, without unit. Larger moves less in each iteration.
         iterations: number of steps. More are better triangles, up to a point.
         max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units. Larger allows
-            better triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices stay on the input.
+            better triangles on curved parts and at sharp edges. None: 5 % of the mean edge. Vertices stay on the input.
         flip_edges: whether edges are flipped too; all four vertices of their two triangles must be movable.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the share that is done; may raise to stop.
@@ -115,7 +115,7 @@ def tangential_smoothing(
 
 
 class TangentialEnergy:
-    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p). All iterations have the same matrix."""
+    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p). The matrix changes only with flips."""
 
     def __init__(self, points: Floats, faces: Ints, moves: Bools, weight: float) -> None:
         self._faces, self._moves = faces, moves
@@ -180,7 +180,7 @@ class KeptSurface:
         return tentative
 
     def _folded_or_far(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which of the checked faces turn too far from their normal `before` or that of the surface, or lie too far off."""
+        """(k,) which checked faces turn too far from their normal `before` or from that of the surface, or lie too far off."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
@@ -193,12 +193,12 @@ class KeptSurface:
         return np.asarray(harmed)
 
     def _faces_under(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
-        """Walks from the input's faces `at` to the faces under the places; returns these (k,), and the places too far off."""
-        under, left = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
+        """Walks from the input's faces `at` to the faces under the places; returns the faces, and which places are too far."""
+        under, is_too_far = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
         for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
             _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
-            left[part] = far > allowed
-        return under, left
+            is_too_far[part] = far > allowed
+        return under, is_too_far
 
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:
@@ -211,7 +211,7 @@ def _mean_edges(points: Floats, faces: Ints) -> Floats:
 def flip_towards_quality(
     points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: float
 ) -> tuple[Ints, int]:
-    """Flips edges while this raises the sum of the qualities of their two triangles and does not lower the smaller one
+    """Flips each edge whose flip raises the sum of the qualities of the two triangles and does not lower the smaller quality
     [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
@@ -222,11 +222,11 @@ def flip_towards_quality(
     move.
 
     The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)
-    `at` is its face where a walk from each vertex starts. Returns the triangles, each in its row, and the number of flips.
+    `at` has the face of the surface where the walk from each vertex starts. Returns the triangles and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))
-    # Even on a plane rounding gives points a small distance.
+    # Even on a plane, rounding puts points at a small distance from the surface.
     near = (allowed + 1e-14 * float(np.abs(points[faces]).max(initial=0.0))) ** 2
     total = 0
     for _ in range(_FLIP_PASSES):
@@ -251,7 +251,7 @@ def _flip_pass(
             if c == d or not (may[a] and may[b] and may[c] and may[d]) or not _is_better(points, a, b, c, d):
                 continue
             far = False
-            # Points on the new edge and the centroids of the new triangles, by their weights of c, d and an end of the old edge.
+            # Points on the new edge and the centroids of the new triangles, as weights of c, d and an end of the old edge.
             for u, v, w, end in (
                 (0.5, 0.5, 0.0, a),
                 (0.75, 0.25, 0.0, a),
@@ -287,7 +287,7 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     fourth, n4x, n4y, n4z = quality_and_normal(points, d, b, c)
     if not (third + fourth > first + second + _LEAST_GAIN and min(third, fourth) >= min(first, second)):
         return False
-    # An old triangle without area has the normal 0, which any new one satisfies.
+    # An old triangle without area has the normal 0, which allows any new normal.
     alike = n3x * n4x + n3y * n4y + n3z * n4z >= _LEAST_COSINE
     for x, y, z in ((n1x, n1y, n1z), (n2x, n2y, n2z)):
         least = _LEAST_COSINE * (x * x + y * y + z * z)

@@ -15,8 +15,8 @@ from .surface_measures import dihedral_angles, face_measures
 
 #: The smallest angle between the normals of the two faces of a sharp edge, in degrees.
 SHARP = 40.0
-# 12 steps p <- p + 2/3 L p with the uniform operator average over about two edges in all directions: independent noise falls to
-# an eighth, but the loss of an end six edges wide remains.
+# `side_changes` smooths displacements by 12 steps d <- d + 2/3 L d with the uniform operator L, over about two edges in all
+# directions: independent noise falls to an eighth, but the displacement of an end six edges wide remains.
 _STEPS, _STEP = 12, 2.0 / 3.0
 
 
@@ -51,7 +51,7 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
     """The share of the sharp edges of `before`, by length, that `after` still has nearby; None if `before` has none.
 
-    An edge is kept if `after` has a sharp edge whose midpoint is `within` this distance in mesh units; larger keeps more.
+    An edge is kept if a sharp edge of `after` has its midpoint at most `within` away, in mesh units; larger keeps more.
     """
     total = math.fsum(before.lengths)
     if total == 0.0:

@@ -25,17 +25,17 @@ LEAF = 16
 _SUBTREE = 4096
 #: Size of a stack for any traversal of a tree of 2^31 points.
 STACK = 64
-#: The column of the index, which a float64 holds exactly.
+#: The column of the index, after the three coordinates; a float64 holds an index exactly.
 _INDEX = 3
-#: Above any squared distance in a tree, and below the infinite distance of a point to itself.
+#: A squared distance above any in a tree, and below the infinite distance that keeps a point from being its own neighbour.
 FAR = 1e300
-#: Above every index, so that every tie counts.
+#: A bound above every index, with which every tie counts.
 ANY_INDEX = 2**62
 #: Number of guesses at a threshold before an exact selection: with ties no guess succeeds.
 _GUESSES = 6
 #: The approximate share of the time for building the tree.
 _BUILDING = 0.2
-#: Neighbours that one task finds, in about a hundredth of a second; their arrays stay in the cache.
+#: The most neighbours that one task finds: in about a hundredth of a second, and their arrays stay in the cache.
 _CHUNK = 2**18
 #: Least number of tasks, so that all threads end at about the same time.
 _TASKS = 64
@@ -170,7 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k nearest candidates, or up to `most`, to the front. Returns their number, bound, and an index to break ties."""
+    """Moves the k nearest candidates, or up to `most`, to the front. Returns their number, and bounds of distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -203,7 +203,7 @@ def keep_nearest(
 
 @compiled(nogil=True)
 def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Moves the candidates within a distance before the others, without a branch."""
+    """Moves the candidates within a distance before the others, in a loop without branches."""
     front = np.uint64(0)
     for i in range(count):
         distance, position = near[q, i], at[q, i]
@@ -270,7 +270,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
 
 
 def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int]:
-    """Returns the points as (n, 3) float64, and k; refuses a cloud of k points or fewer, calling the parameter `name`."""
+    """Returns the points as (n, 3) float64, and k; refuses a cloud of k points or fewer. Errors call k by its `name`."""
     cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(
@@ -301,13 +301,13 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the neighbours at the positions from `start` on to the rows of their points, sorted by distance, then by index."""
+    """Writes the neighbours of the points from position `start` on to the points' rows, sorted by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
-        # Counting nearer neighbours is vectorised, which is faster than sorting up to hundreds of them, and in float32 twice as
-        # fast as in float64. Rounding to float32 keeps the order; if it makes two distances equal, `_exact_places` counts again.
+        # The place of a neighbour is the number of nearer ones. Counting is vectorised: up to hundreds it is faster than sorting,
+        # in float32 twice as fast as in float64. If rounding to float32 makes two distances equal, `_exact_places` counts again.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0
@@ -366,7 +366,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
             box[0, d] = coordinates[leaf, d, :asking].min()
             box[1, d] = coordinates[leaf, d, :asking].max()
         counts[:], bounds[:], ties[:] = 0, FAR, ANY_INDEX
-        bound, tie = FAR, ANY_INDEX  # the largest of the leaf
+        bound, tie = FAR, ANY_INDEX  # the largest bound of the points of the leaf, with its tie
         stack[0, 0], stack[0, 1], stack[0, 2], stack_gaps[0] = 1, 0, coordinates.shape[0], 0.0
         top = 1
         while top > 0:

@@ -9,16 +9,16 @@ from ..mesh import Floats
 #: A ball counts if the angle between its two contacts, seen from its centre, is at least this large, in radians: the contacts are
 #: on two sides. Smaller angles are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
-_MOST_STEPS = 30
-_SAME = 1e-6
+_MOST_STEPS = 30  # of the search
+_SAME = 1e-6  # a point counts as inside a ball if it is nearer to the centre by more than this share of the radius
 
 
 def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress: Progress = ignore_progress) -> Floats:
     """Returns the radii of the largest balls that touch a surface at each point from behind, opposite to the normal [ma2012].
 
     The search starts with the largest allowed ball at the point p with normal n; its centre is p - r n. While another point q
-    lies in the ball, a ball through both replaces it, r = |p - q|^2 / (2 n . (p - q)). The result is the last of these balls
-    whose centre sees p and q at least `LEAST_ANGLE` apart.
+    lies in the ball, a smaller ball through p and q replaces it, of radius r = |p - q|^2 / (2 n . (p - q)). The result is the
+    last of these balls whose centre sees p and q at least `LEAST_ANGLE` apart.
 
     Args:
         points: (n, 3) samples of the surface.
@@ -41,16 +41,16 @@ def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress
         distance, nearest = tree.query(centres, distance_upper_bound=bound.max())
         inside = distance < bound
         active, nearest = active[inside], nearest[inside]
-        way = points[active] - points[nearest]
-        rise = (way * normals[active]).sum(axis=1)
+        offset = points[active] - points[nearest]
+        rise = (offset * normals[active]).sum(axis=1)
         # A point in the ball has a positive rise, except for rounding errors.
-        active, way, rise = active[rise > 0.0], way[rise > 0.0], rise[rise > 0.0]
+        active, offset, rise = active[rise > 0.0], offset[rise > 0.0], rise[rise > 0.0]
         if len(active) == 0:
             break
-        current[active] = np.minimum((way * way).sum(axis=1) / (2.0 * rise), current[active])
+        current[active] = np.minimum((offset * offset).sum(axis=1) / (2.0 * rise), current[active])
         # From the centre, p is at r n and q at r n - (p - q).
         to_first = current[active, None] * normals[active]
-        wide = (to_first * (to_first - way)).sum(axis=1) <= np.cos(LEAST_ANGLE) * current[active] ** 2
+        wide = (to_first * (to_first - offset)).sum(axis=1) <= np.cos(LEAST_ANGLE) * current[active] ** 2
         radii[active[wide]] = current[active[wide]]
     progress(1.0)
     return radii

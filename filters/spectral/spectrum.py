@@ -24,15 +24,15 @@ SHORTEST = 0.5
 _SHARE_OF_MODES = 0.6
 #: The most mass that is added at slivers, as a share of the area.
 _ADDED = 1e-4
-_FEWEST_STEPS, _MOST_STEPS = 100, 600
+_FEWEST_STEPS, _MOST_STEPS = 100, 600  # of the Lanczos process, if not given
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
     """Energy of the coordinates against frequency.
 
-    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over x, y and z. Over all modes it adds up to
-    the mean squared distance of the surface from the centroids of its components, for any sampling.
+    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over the coordinates p = x, y and z. The
+    energies of all modes add up to the mean squared distance of the surface from the centroids of its components.
 
     Attributes:
         frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
@@ -68,11 +68,11 @@ def spectrum(
 ) -> Spectrum:
     """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    A Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates without the computed modes. Its tridiagonal matrix gives the
-    nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The quadrature is exact for
-    polynomials in kappa of degree 2 steps - 1 and needs no modes. Slivers and tiny triangles have modes of far higher frequency
-    than any wave of the surface, which would take many more steps. So their vertices get more mass, in all at most a
-    ten-thousandth of the area.
+    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus the computed modes. Its
+    tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The
+    quadrature is exact for polynomials in kappa of degree 2 steps - 1 and needs no modes. Slivers and tiny triangles have modes
+    of far higher frequency than any wave of the surface, and these would take many more steps. So their vertices get more mass,
+    in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -103,22 +103,22 @@ def spectrum(
     if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: only a surface has a spectrum")
     problem = without_stiffest(plain)
-    rest, _ = about_centroids(mesh.points[problem.vertices], problem)
+    remainder, _ = about_centroids(mesh.points[problem.vertices], problem)
     area = float(problem.mass.sum())
-    total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
+    total = float(np.sum(problem.mass[:, None] * remainder * remainder)) / area
     count = min(int(modes), problem.n_waves)
-    kappa, shapes = np.empty(0), np.empty((len(rest), 0))
+    kappa, shapes = np.empty(0), np.empty((len(remainder), 0))
     if count:
         kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
     energies = np.empty(len(kappa))
     for k in range(len(kappa)):  # one by one, because the rounding of a matrix product may depend on the number of threads
         weighted = problem.mass * shapes[:, k]
-        along = np.einsum("i,ij->j", weighted, rest)
+        along = np.einsum("i,ij->j", weighted, remainder)
         energies[k] = float(along @ along) / area
-        rest -= shapes[:, k, None] * along
+        remainder -= shapes[:, k, None] * along
     step_count = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
     share = _SHARE_OF_MODES if count else 0.0
-    nodes, weights = energy_quadrature(problem, rest, step_count, progress=part_of(progress, share, 1.0))
+    nodes, weights = energy_quadrature(problem, remainder, step_count, progress=part_of(progress, share, 1.0))
     # The edge length of equilateral triangles with this total area, two for each vertex.
     mean_edge = math.sqrt(2.0 / math.sqrt(3.0) * area / len(problem.mass))
     edges, bands = _bands(
@@ -146,11 +146,11 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """Adds mass where S_ii / M_i is highest, see `spectrum`; the highest kappa is at most twice that."""
+    """Adds mass where S_ii / M_i is highest, see `spectrum`; twice the highest S_ii / M_i bounds kappa."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # With this bound on S_ii / M_i the k stiffest vertices need all the mass that may be added: the sum of S_ii / bound - M_i.
+    # For a bound on S_ii / M_i a vertex needs the mass S_ii / bound - M_i. With bounds[k] the k + 1 stiffest need all added mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # The bound rises with k as long as the next vertex exceeds it. So the highest bound belongs to all vertices that exceed it.
     bound = float(bounds.max(initial=0.0))

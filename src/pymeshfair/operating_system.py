@@ -110,7 +110,7 @@ class System:
         return True
 
     def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
-        """Renames a new file that this process holds open; without POSIX it makes a second file of that name instead."""
+        """Renames a new file that this process holds open; without POSIX makes an empty file `target` instead."""
         if self.is_posix:
             source.replace(target)
         else:

@@ -327,7 +327,7 @@ def test_open_or_held_components_keep_no_volume() -> None:
 def test_nothing_left_of_a_volume_is_an_error() -> None:
     """A step that leaves a point cannot preserve the volume, and says what can."""
     vertices, faces = icosphere(2)
-    with pytest.raises(FilterInputError, match="shorter time step, or more of them with flow='conformalized'"):
+    with pytest.raises(FilterInputError, match="shorter time step, or more steps with flow='conformalized'"):
         implicit_fairing(vertices, faces, time_step=1e9, preserve_volume=True)
 
 

@@ -56,7 +56,7 @@ def transfer(source: int, target: int) -> str:
 def test_layers_that_will_not_be_there_are_named_with_their_line() -> None:
     """A step may name the layers of the files and those that former steps make; any other is refused before the run."""
     needs_two = parse_script(script(transfer(0, 1)), "a")
-    with pytest.raises(ScriptError, match="is layer 1, but there is only layer 0 then") as caught:
+    with pytest.raises(ScriptError, match="is layer 1, but so far there is only layer 0") as caught:
         check_needs(needs_two, layers=1)
     assert [problem.line for problem in caught.value.problems] == [3]
     check_needs(needs_two, layers=2)

@@ -47,7 +47,7 @@ def lex(
 ) -> tuple[int, int]:
     """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
 
-    A decimal, or an integer with too many digits, becomes NaN, and its characters are copied to `decimals`, at the same places.
+    A decimal, or an integer with too many digits, becomes NaN. Its characters go to the same places of `decimals`, to be read.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -138,7 +138,7 @@ def lex(
     return t, length
 
 
-#: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty one between slashes or after the last
+#: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty token between slashes or after the last slash
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8
@@ -163,7 +163,7 @@ class Tokens:
         return np.diff(self.first)
 
     def spans(self, lines: Longs, columns: list[int]) -> Longs:
-        """Returns (l, c, 2) begin and end in the text of words of lines; `columns` counts the words from 0, ascending."""
+        """Returns (l, c, 2) where words of the lines begin and end in the text; `columns` are ascending word numbers from 0."""
         inside = _inside_words(self.text.tobytes())
         words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
         return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
@@ -197,7 +197,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
-    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # also in comments
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # at most: comments count too
     n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
@@ -213,7 +213,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Replaces a byte order mark, and line ends after a backslash, by as many blanks."""
+    """Replaces a byte order mark, and each backslash with the line end after it, by blanks of the same length."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment ends with its line: `# from C:\scans\`
@@ -234,7 +234,7 @@ def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats
 
 
 def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | None = None) -> None:
-    """Refuses the first of the lines that is wrong; {} in the reason stands for its count."""
+    """Raises the error about the first line that is wrong, if any; {} in `why` stands for its entry in `counts`."""
     if wrong.any():
         k = int(np.argmax(wrong))
         raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))
@@ -245,7 +245,7 @@ def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:
     return ContentsError(f"its line {tokens.numbers[k]:,}, {quoted(tokens.line(k).decode('utf-8', 'replace'), 60)}, {why}")
 
 
-_CHUNK = 1 << 16
+_CHUNK = 1 << 16  # rows in a block
 _Word = TypeVar("_Word")
 
 

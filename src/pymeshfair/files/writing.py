@@ -25,16 +25,16 @@ from ..operating_system import this_system
 from .errors import OutputBusyError, OutputError
 from .formats import extension, listed
 
-_LONGEST_NAME = 255
+_LONGEST_NAME = 255  # bytes
 OVERWRITE = "name another output, or ask to overwrite"
 _KINDS = (
     (stat.S_ISLNK, "a link: name the file itself that it leads to"),
     (stat.S_ISDIR, "a folder: name a file"),
-    (stat.S_ISFIFO, "a pipe, and a file would take its place: name another one"),
+    (stat.S_ISFIFO, "a pipe, which a file would replace: name a file"),
 )
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
-_LOCK = "lock"
+_LOCK = "lock"  # the lock file in such a folder
 #: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
 _GRACE = 3600.0
 
@@ -160,7 +160,7 @@ def remove_folder(folder: Path) -> None:
 def clear_up(stage: Path, output: Path) -> None:
     """Removes the staging folder and the lock file of a process that ended without removing them."""
     remove_folder(stage)
-    for _ in range(20):  # a dying process may close its pipes a moment before its locks
+    for _ in range(20):  # a process that ends may close its pipes a moment before it releases its locks
         try:
             with output_lock(output):
                 return

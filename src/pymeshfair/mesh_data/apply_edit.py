@@ -1,6 +1,6 @@
 """Checks edits, and applies them to meshes; keeps attributes, and continues them into added elements.
 
-An edit adds a vertices and (b, 3) `added_faces`, with indices below n + a, to n vertices and (m, 3) `faces`. Colours and textures
+An edit adds (a, 3) vertices and (b, 3) faces, with indices below n + a, to a mesh of n vertices and m faces. Colours and textures
 of added elements continue those around them. Scalars and texture coordinates are copied from a near old element, the donor.
 """
 
@@ -25,7 +25,7 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """Returns the edit with arrays as `Edit` promises; else raises a `MeshError` that continues the name of the filter."""
+    """Returns the edit with the array types of `Edit`; raises a `MeshError` whose text goes after the name of the filter."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -40,7 +40,7 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
         rows["face"] += len(changes["added_faces"])
     if adds(edit) and not len(layer.faces):
         raise MeshError(
-            f"gave back elements to add to {layer.label!r}, which has no faces; MeshLab can add to meshes with faces alone, "
+            f"gave back elements to add to {layer.label!r}, which has no faces; MeshLab adds only to meshes that have faces; "
             "others need a new layer"
         )
     for name in (*_NUMBERS, *_FLAGS):
@@ -93,7 +93,7 @@ def removes(edit: Edit) -> bool:
 
 
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
-    """Returns the mesh after a checked edit, without its new layers; `Edit` says what added elements get."""
+    """Returns the mesh after a checked edit, without its new layers; `Edit` describes the attributes of added elements."""
     if adds(edit):
         mesh = with_additions(mesh, edit, texture_donors(mesh, edit.added_faces))
     if edit.vertices is not None:
@@ -148,12 +148,12 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
     if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
         raise MeshError(
             f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
-            "select the vertices and build the polyline anew from the others"
+            "select the vertices and build the polyline anew from the other vertices"
         )
 
 
 def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) the possible texture donors: the faces with the most frequent texture of the rim, else all faces."""
+    """Returns (m,) the possible texture donors: the faces with the most frequent texture at the rim, or all faces."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -168,7 +168,7 @@ def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
 
 
 def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
-    """Returns the mesh with added vertices and faces; only faces of the mask `may_donate` give attributes to them."""
+    """Returns the mesh with added vertices and faces, whose attributes come only from faces in the mask `may_donate`."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])
@@ -221,7 +221,7 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, the nearest old vertex on the rim, and (b,) the donor of each added face.
 
-    The donor of an added face is an old face at the rim vertex nearest to the centroid; without a rim, all vertices count.
+    The donor of an added face is an old face at the rim vertex nearest to its centroid; without a rim, all vertices count.
     `points` are (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
     """
     donor_faces = np.flatnonzero(may_donate)
@@ -238,15 +238,15 @@ def _find_donors(
 
 
 def _continued_texture(
-    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_donate: Bools, of: NDArray[np.intp]
+    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_donate: Bools, donors: NDArray[np.intp]
 ) -> Floats:
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
-    The image has no pixels for added faces. So an added face shows one colour, which should equal a blend of the colours around.
-    The near old face with the most similar colour is taken. Without an image, (height, width, 3) `pixels`, the donor is taken.
-    Corners are not used, since the image may show pixels of other charts there.
+    The image has no pixels for added faces. So an added face shows the colour of one near old face: the one most similar to a
+    blend of the colours around. Without an image, (height, width, 3) `pixels`, this is the donor of the added face. Corners are
+    not used, since the image may show pixels of other charts there.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible donors, `of` are the donors.
+    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible `donors`.
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
@@ -256,12 +256,12 @@ def _continued_texture(
         near[faces[near[faces].any(axis=1)]] = True
     donor_faces = np.flatnonzero(near[faces].any(axis=1) & may_donate)
     if pixels is None or len(donor_faces) == 0:
-        return np.asarray(centroids[of])
+        return np.asarray(centroids[donors])
     samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
     mean = samples.mean(axis=1)
     is_used = np.zeros(old, dtype=np.bool_)
     is_used[faces[donor_faces]] = True
-    nearest = np.searchsorted(donor_faces, of)
+    nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
     # Contrast as a fourth coordinate prefers faces of uniform colour to faces across an edge in the image.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
@@ -270,7 +270,7 @@ def _continued_texture(
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
-    """Returns (b, k) means of harmonic values at the corners of added faces; `fixed` vertices hold the means of their faces."""
+    """Returns (b, k) the mean of harmonic values at the corners of each added face; `fixed` vertices hold means of faces."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean

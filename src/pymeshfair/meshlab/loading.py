@@ -9,7 +9,7 @@ from functools import cache
 from ..errors import PymeshfairError
 
 _MISSING = re.compile(r"([\w.+-]+\.so[\w.]*): cannot open shared object file")
-#: the commands that install the system libraries that pymeshlab's wheels need but do not contain
+#: how to install the system libraries that pymeshlab needs and its wheels do not contain
 ADVICE = (
     "pymeshlab needs system libraries that are missing here: `apt install libgl1 libopengl0` (Debian, Ubuntu) "
     "or `dnf install libglvnd-glx libglvnd-opengl` (Fedora) installs them"

@@ -762,7 +762,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open
         borders and in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean
-        square), the largest displacement, and the share of the vertices whose displacement the thickness has halved or more.
+        square), the largest displacement, and the share of the vertices that move half as far or less because of a thin part or
+        gap.
 
         Args:
             gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes a
@@ -1093,7 +1094,7 @@ class FilterMethods(metaclass=LateMethods):
                 'vertex_normals' is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
-            space_kernel: How weight falls with distance; 'constant' does not.
+            space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
@@ -1115,13 +1116,14 @@ class FilterMethods(metaclass=LateMethods):
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
-                first predicts their places from the others, 'only' moves nothing else. 'auto' keeps them if all else is given.
+                first predicts their places from the others, 'only' moves nothing else. 'auto': 'keep' if all other values are
+                given.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
-                noise, 'undo' first moves the vertices to a smoother surface within half a step. 'auto' means 'keep' if all else
-                is given.
+                noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values
+                are given.
             relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns
-                faces over, and round edges, which the filter sharpens again. 'auto' takes 0 if all else is given. Takes a whole
-                number from 0 to 10000, or 'auto'.
+                faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given. Takes
+                a whole number from 0 to 10000, or 'auto'.
             relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
@@ -1580,7 +1582,7 @@ class FilterMethods(metaclass=LateMethods):
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
         This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of
-        normal iterations is the total of Normal Filtering. Returns the parameters in use.
+        normal iterations is the total over all rounds of Normal Filtering. Returns the parameters in use.
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
@@ -1589,7 +1591,7 @@ class FilterMethods(metaclass=LateMethods):
                 'vertex_normals' is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
-            space_kernel: How weight falls with distance; 'constant' does not.
+            space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
@@ -5823,8 +5825,8 @@ class FilterMethods(metaclass=LateMethods):
                 from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows
-                noise at the rim; 'none' leaves them flat. A hole with degenerate triangles at its rim may get a lower energy; a
-                note says so.
+                noise at the rim; 'none' leaves them flat. Degenerate triangles at a rim may need a lower energy, one named
+                earlier; a note says so.
             refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and
                 nothing is faired.
             rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around

@@ -57,7 +57,7 @@ class Scheduler:
             raise ClusterError(f"{self.file} has no address of a scheduler: {error}") from error
 
     def security(self) -> Any:
-        """Returns the certificates for dask; None leaves them to its configuration."""
+        """Returns the certificates for dask; None leaves them to dask's configuration."""
         from distributed.security import Security
 
         files = {"tls_ca_file": self.ca_file, "tls_client_cert": self.certificate, "tls_client_key": self.key}
@@ -152,7 +152,7 @@ def check_workers(client: Client, worker_conditions: Conditions) -> None:
     """Raises `ClusterError` if a worker does not meet the conditions, or if there are no workers."""
     answers = client.run(worker_conditions.unfit, on_error="return")
     if not answers:
-        raise ClusterError("the scheduler has no workers; start some, and start again")
+        raise ClusterError("the scheduler has no workers; start workers, then start the run again")
     unfit = {
         address: [f"the check failed there: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
         for address, answer in answers.items()
@@ -162,7 +162,7 @@ def check_workers(client: Client, worker_conditions: Conditions) -> None:
         lines = "\n".join(f"  {address}: {'; '.join(reasons)}" for address, reasons in unfit.items())
         raise ClusterError(
             f"{len(unfit)} of {len(answers)} workers cannot take part, and nothing was begun:\n{lines}\n"
-            "correct or stop them, and start again"
+            "correct or stop these workers, then start the run again"
         )
 
 

@@ -1,1 +1,1 @@
-"""Pages for browsers: one HTML file that needs no network, and the parts that pages are made of."""
+"""Pages for browsers, each in one HTML file that needs no network, and the parts from which pages are built."""

@@ -47,7 +47,7 @@ class Job:
     map_tolerance: Length | None = None  # in the map, vertices that moved by at most this count as kept; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before those of the run
+    warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before the warnings of the run
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
@@ -76,7 +76,7 @@ class Job:
         unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
         if not recipe_unit or recipe_unit == unit:
             return ()
-        return (f"the recipe is for scans in {recipe_unit}, and this one is in {unit}: its plain numbers mean {unit}",)
+        return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
 
     def check_unit(self) -> None:
         """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can hold it."""
@@ -166,12 +166,12 @@ class RunResult:
     #: `before`, `after` and `change` are empty.
     before: Mapping[str, Any]
     after: Mapping[str, Any]  # the measures of the mesh as written
-    change: Mapping[str, Any]  # of the shape, `pymeshfair.running.shape_change.ShapeChange` by name
+    change: Mapping[str, Any]  # the fields of `pymeshfair.running.shape_change.ShapeChange` by name
     steps: tuple[StepReport, ...]  # one report a step
     warnings: tuple[str, ...]  # about everything that the output lacks of the input, and what else the user needs to know
     seconds: float  # from start to end
     peak_memory: int | None  # the most bytes that the worker used; None where the system does not measure it
-    breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each a `pymeshfair.running.guarding.Breach` by name
+    breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each with the fields of `pymeshfair.running.guarding.Breach`
     maps: tuple[Path, ...] = ()  # the files of the intervention map
     unit: str | None = None  # the unit of all lengths above; None if it is not known
 
@@ -279,7 +279,7 @@ class Report:
         }
 
 
-#: the entries of a step in the record that are fields of its report under the same names
+#: the fields of a `StepReport` that the record of a step has under the same names
 _OF_STEP = ("number", "filter", "python_name", "parameters", "values")
 
 
@@ -291,7 +291,7 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
     )
 
 
-LONGEST_LIST = 64  # of a larger array only the shape is given
+LONGEST_LIST = 64  # numbers; a larger array is recorded by its shape alone
 
 
 def plain(value: Any) -> Any:

@@ -40,7 +40,7 @@ class Trial:
     before: float  # the same error of the scan as it is
     relief: float | None  # the share of the relief that is lost; None if the noise hides all relief
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none
-    tied: bool = False  # whether the error is statistically equal to the least
+    tied: bool = False  # whether the error is statistically equal to the least error of all trials
 
     @property
     def erases(self) -> bool:
@@ -67,7 +67,7 @@ class Suitability:
     recipe: str  # the name of the recipe
     task: str  # its task
     title: str  # its title
-    measure: str  # the measure that judges it; empty if its head names none
+    measure: str  # the measure by which the recipe is judged; empty if its head names none
     met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the trait that was found
     unmet: tuple[tuple[str, str], ...]  # the other conditions, in the same way
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
@@ -118,10 +118,9 @@ def ranked(
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
     1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error of the
-    trial wins; a statistical tie with the best counts as the best, and no trial counts as moving nothing. 4. On a scan with
-    openings, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
-    order of the tasks decides.
-    If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after the other one.
+    trial wins; a statistical tie with the best counts as the best, and a recipe without a trial as doing nothing. 4. On an open
+    scan, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
+    order of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, it comes right after ANOTHER.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}

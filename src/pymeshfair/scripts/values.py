@@ -45,15 +45,15 @@ _MOST_CHOICES = 1000  # a limit, as MeshLab allocates as many words as a script 
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_MOST_DIGITS = 400
+_MOST_DIGITS = 400  # characters of a number
 _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("false", "no", "off", "0"), False)
 
 
 def parse_value(parameter: Parameter, text: str) -> Any:
     """The value of a parameter from its text on a command line or in a setting.
 
-    Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or mesh units; choices their word;
-    points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen numbers row by row.
+    Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or a number in mesh units; choices
+    their names; points ``1,2,3``; colours ``255,128,0``, also with an opacity; matrices sixteen numbers, row by row.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain
@@ -104,7 +104,7 @@ def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """Complaints about what MeshLab needs to read the value: a fitting type, and its further attributes."""
+    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and others that this type requires."""
     written, wanted = attributes.get("type"), parameter.xml_type
     dropped = "is missing; MeshLab would drop the parameter and take its default"
     if written is None:

@@ -67,7 +67,7 @@ def _place(script: Script, index: int) -> str:
 
 
 def check_needs(script: Script, *, layers: int) -> None:
-    """Raise `ScriptError` if a step needs what a run with this number of layers does not have."""
+    """Raise `ScriptError` if a step needs a layer, file or raster that a run with this number of layers does not have."""
     if unmet := list(unmet_needs(script, layers=layers)):
         raise ScriptError(unmet)
 
@@ -96,7 +96,7 @@ def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None
     wanted: Any = step.values.get(parameter.name)
     if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
         there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"
-        return f"is layer {wanted}, but there {there} then; give the file of each further layer to `pymeshfair run` by --with"
+        return f"is layer {wanted}, but so far there {there}; give the file of each further layer to `pymeshfair run` by --with"
     made_by_itself = step.values.get("use_dummy_texture") is True
     if isinstance(parameter, FileOpen) and wanted and not made_by_itself and not Path(wanted).is_file():
         return f"is the file {wanted!r}, which is not there; its path counts from the folder in which the command runs"

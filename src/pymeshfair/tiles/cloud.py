@@ -1,7 +1,7 @@
 """Steps on clouds by tiles: they select points and may delete them, or compute normals; the result is written by slices.
 
 This module has the steps that keep one of the points at a place or in a cell of a grid, and LoOP (local outlier probability).
-`neighbours` has the others.
+`neighbours` has the other steps.
 """
 
 import math
@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks the points that coincide with an earlier one; takes buckets with their first rows. Other buckets share no place."""
+    """Marks points that coincide with an earlier point; takes pairs of first row and bucket. No other bucket has these places."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -80,7 +80,7 @@ class Cloud:
     folder: Path  # of temporary files
     kept: Column | None = None  # the mask of the remaining points; None if no point was deleted
 
-    scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step that had the point
+    scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step with this point
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point one
 
     def mask(self, first: int, last: int) -> Bools:
@@ -111,7 +111,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the remaining points into buckets; with `grid`, the side of its cells, divides their cells instead."""
+        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, divides the grid cells instead."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):

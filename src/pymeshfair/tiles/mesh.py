@@ -1,7 +1,7 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-`Cells` has the vertices. Further files have the faces at the vertices of each cell, with the slots of their corners. A tile keeps
-the order of the mesh. Each round of normal filtering reads the vertices of all tiles after the round before.
+`Cells` has the vertices, each in a slot. Further files have the faces at the vertices of each cell, with the slots of corners.
+A tile keeps the order of the mesh. Each round of normal filtering reads the vertices of all tiles after the round before.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ from .sources import MeshFile
 from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
-#: vertices of the sample on which settings are chosen, and cells of each patch of the sample
+#: number of vertices of the sample on which settings are chosen, and number of cells of each of its patches
 _SAMPLE, _PATCH = 60_000, 4
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
@@ -43,7 +43,7 @@ class Surface:
     #: (b + 1,) the slot at which each bucket begins; each bucket has a file of the faces at its vertices
     buckets: tuple[int, ...]
 
-    slots = Stored("<i4")  # of the vertices, by number
+    slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
     before = Stored("<f8", 3)  # coordinates before a step that may fold faces
     state = Stored("<f8", 3)  # coordinates between the passes of a filter
@@ -56,7 +56,7 @@ class Surface:
         return self.cells.folder / f"faces-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
-        """Returns the column of the first row of each cell of a bucket in its file of faces, with the end of the last cell."""
+        """Returns the column of the rows where cells begin in the file of faces of a bucket, followed by the end of the file."""
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
@@ -89,7 +89,7 @@ class Surface:
         return count
 
     def order_faces(self, bucket: int) -> None:
-        """Sorts the faces of a bucket by cell; a face is there once for each cell that its corners are in."""
+        """Sorts the faces of a bucket by cell; a face is repeated for each cell that has one of its corners."""
         raw = self._raw(bucket)
         faces = np.fromfile(raw, FACE) if raw.exists() else np.empty(0, FACE)
         starts = self.cells.starts
@@ -188,7 +188,7 @@ class MeshTiles:
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """Returns the corners of the box of the vertices of faces with three different corners, and whether there is a border."""
+        """Returns the low and the high corner of the bounding box of the proper faces, and whether there is a border."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
@@ -197,7 +197,7 @@ class MeshTiles:
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
 
     def choose(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Chooses the automatic parameters of normal filtering, on patches of the mesh or on all of a small mesh; returns all."""
+        """Returns all parameters of normal filtering; chooses the automatic ones on patches, or on all of a small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]

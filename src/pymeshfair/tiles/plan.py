@@ -158,7 +158,7 @@ class Filtering:
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
-    """Returns the parameters; None if the filter chooses some for the mesh."""
+    """Returns the parameters of normal filtering; None if the filter chooses some for the mesh."""
     set_values = _set_values(values)
     if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
         if values["choice"] != "fixed":
@@ -188,7 +188,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
-            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep'; the rest is still chosen"
+            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep', and the others are still chosen"
         )
     return parameters
 
@@ -213,7 +213,7 @@ def rings_of(step: PlannedStep) -> int:
 
 
 def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Floats:
-    """Returns the (n, 3) vertices after Laplacian or Taubin steps; inside of the tile they have the bits of a whole run."""
+    """Returns the (n, 3) vertices after Laplacian or Taubin steps; inside of the tile they are the same as without tiles."""
     values = {name: value for name, value in step.values.items() if name != "selected"}
     if step.filter == MESHLAB:
         lambda_, mu, iterations = values["lambda_"], values["mu"], values["stepsmoothnum"]
@@ -253,9 +253,9 @@ def budget(memory: int, processors: int) -> Budget:
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Returns the points of a tile, for LoOP or stray points with `neighbors`, or for `normals` from them.
+    """Returns how many points a tile has for LoOP or stray points with `neighbors` neighbours each, or for `normals` from them.
 
-    LoOP with 20 neighbours takes 209 bytes a point, as measured; the rest is for the tenth that has neighbours in other tiles.
+    LoOP with 20 neighbours takes 209 bytes a point, as measured; the model adds room for points with neighbours in other tiles.
     """
     return max(4 * neighbors, int(tile / (200 + 40 * neighbors if normals else 180 + 9 * neighbors)))
 
@@ -276,9 +276,9 @@ def slice_rows(tile: int, row: int) -> int:
 def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
-    Cells take 32 bytes a point. LoOP adds 24 for distances and factors, 2 + k for arrays of the points with neighbours in other
-    tiles, an eighth of all, and 17 for the probability and the mask. Stray points add 62, normals 122, and both 8 for each link.
-    For LoOP with 20 neighbours 84 to 87 were measured.
+    In bytes a point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and the
+    mask, and 2 + k for the eighth of the points that has neighbours in other tiles. Stray points add 62, normals 122, and both
+    add 8 for each neighbour. For LoOP with 20 neighbours 84 to 87 were measured.
     """
     each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]

@@ -120,7 +120,7 @@ def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     current = step.with_defaults().values
     for name, text in setting.items():
         if text == value_text(current.get(name)):
-            continue  # the step keeps an unchanged value, and the setting of the recipe that gives it
+            continue  # an unchanged value stays as it is in the recipe, also if a setting of the recipe gives it
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
@@ -265,7 +265,7 @@ def serve(
     for name in this_system().stop_signals:
         if name != "SIGINT":
             signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it for background processes
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells make background processes ignore SIGINT
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(serving())
 
@@ -303,7 +303,7 @@ class Conversation:
                     )
                     await self._send("problem", message=str(error), **location)
                 except (KeyError, TypeError, ValueError):
-                    await self._send("problem", message="the server does not know this request of the page; load the page again")
+                    await self._send("problem", message="the page sent an unknown request; load the page again")
                 order = json.loads(await self._connection.recv())
         except (ConnectionClosed, ValueError):
             pass  # the page is closed, or is no page of this server
