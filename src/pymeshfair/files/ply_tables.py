@@ -252,7 +252,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
-    """Returns the dtype of all rows of an element, if their lists are as long as in the first row, at byte `position`."""
+    """Returns the dtype of an element's rows, from byte `position`, if all its lists are as long as in the first row."""
     if not any(p.count_type for p in element.properties):
         return row_type(element, order, {})
     lengths = _walked(data, position, element, order, min(element.count, 1))[1]
@@ -269,7 +269,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         position = end
     trailing = data[position:].tobytes().strip(_PADDING)
     if trailing:
-        raise ContentsError(f"{len(trailing):,} bytes follow behind all that its header declares")
+        raise ContentsError(f"{len(trailing):,} bytes follow the last row that its header declares")
     return tables
 
 
@@ -322,11 +322,11 @@ def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
 
 @compiled
 def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
-    """Returns the length of a list in a file; -1 if it is negative or no whole number."""
+    """Reads the length of a list; returns -1 if it is negative or no whole number."""
     whole = 0
     for b in range(size):
         whole = whole * 256 + data[position + b if big else position + size - 1 - b]
-    if kind != 102:  # 102 is "f", a decimal, and 105 "i"
+    if kind != 102:  # 102 is "f" (float), and 105 is "i" (signed)
         return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
     digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
     count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
@@ -335,7 +335,7 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
 
 @compiled
 def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
-    """Finds position and length of each value or list of each row; returns the end of the last row, or -1."""
+    """Finds position and length of each value or list of each row; returns the end of the last row, or -1 if a row is invalid."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1
