@@ -137,7 +137,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
         raise UnknownNameError(f"the recipe {text!r} is no longer shipped: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
     meant = f"; did you mean {near!r}?" if near else ""
-    listed = f"shipped: {', '.join(sorted(shipped))}; give a script of your own by its path, with .mlx"
+    listed = f"shipped: {', '.join(sorted(shipped))}; a script of your own is given by its path, with .mlx"
     raise UnknownNameError(f"there is no recipe {text!r}{meant} ({listed})", suggestion=near)
 
 
