@@ -22,16 +22,16 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
-    left, held_out = scored.copy(), []
+    remaining, held_out = scored.copy(), []
     for mask in range(seed * masks, (seed + 1) * masks):
         draws, ranks = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
-        chosen = left & (draws < _CANDIDATES)
+        chosen = remaining & (draws < _CANDIDATES)
         a, b = pairs[chosen[pairs].all(axis=1)].T
         chosen[np.where(ranks[a] < ranks[b], a, b)] = False
         held_out.append(np.flatnonzero(chosen).astype(np.int32))
-        left &= ~chosen
-        if np.count_nonzero(left) < _CANDIDATES * np.count_nonzero(scored):
-            left = scored.copy()
+        remaining &= ~chosen
+        if np.count_nonzero(remaining) < _CANDIDATES * np.count_nonzero(scored):
+            remaining = scored.copy()
     return [mask for mask in held_out if len(mask)]
 
 

@@ -1,6 +1,7 @@
-"""Tuned constants of the choice, each with the measurement behind it. Lengths are in mean edges.
+"""Tuned constants of the automatic choice of filters, each with the measurement behind it. Lengths are in mean edges.
 
-A number after "without it" is the mean angle without the rule over that with the rule; docs/denoising.md has all rules.
+A mean angle is the error of the face normals. A number after "without it" is the mean angle without the rule over the mean angle
+with the rule; docs/denoising.md has all rules.
 """
 
 #: The median absolute value of a normal distribution of standard deviation 1.
@@ -23,8 +24,8 @@ FLIPPED = 0.003
 NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on figures with noise of 0.1 edges.
 SURFACE = 0.1
-#: A choice is sure if neighbours correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Then
-#: it is within 5 % of the best setting on 9 of 10 meshes; on 3 of 4 with any number of rivals, on half with correlations to 0.1.
+#: A choice is sure if neighbours correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Nine
+#: of ten are within 5 % of the best setting; with any number of rivals three of four, with correlations of 0.05 to 0.1 half.
 SURE, RIVALS = 0.05, 2
 #: The same as `SURFACE` in the calmest third: clean meshes have 0.173 and more, weak noise to be removed has up to 0.153.
 SURFACE_WHERE_CALM = 0.16

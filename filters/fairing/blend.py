@@ -173,8 +173,8 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
             f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
         )
     component = connected_components(triangles, len(points))[0]
-    wrong = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
-    if wrong:
+    inside_out = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
+    if inside_out:
         raise FilterInputError(
             f"one of the parts is inside out, the part with vertex {a[0]} or the part with vertex {b[0]}: a neck between their "
             "rims would have to turn back; turn the faces of one part over (invert faces orientation) before you join them"
@@ -199,7 +199,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     for row, (low, high) in enumerate(pairwise(loops)):
         partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
         strips.append(_strip(all_points, low, high, partial))
-    return Blend(np.concatenate(added), np.concatenate(strips), rims, wrong is None)
+    return Blend(np.concatenate(added), np.concatenate(strips), rims, inside_out is None)
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:

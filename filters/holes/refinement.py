@@ -88,24 +88,24 @@ def _split_diagonals(
     """Splits the inner edges between two rim vertices at their midpoints; in cracks only the `forbidden` ones."""
     concerned = (triangles < n_rim).sum(axis=1) > 1  # triangles with an edge between rim vertices
     rows = triangles[concerned].tolist()
-    holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
-    inner = [(a, b) for a, b in holder if max(a, b) < n_rim and (b, a) in holder]
+    row_of = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}  # of each directed edge
+    inner = [(a, b) for a, b in row_of if max(a, b) < n_rim and (b, a) in row_of]
     if not inner:
         return points, sizes, triangles
     middles: list[tuple[int, int]] = []
     for a, b in inner:
-        if (a, b) not in holder:
+        if (a, b) not in row_of:
             continue  # `inner` has each edge in both directions: this one is split already
         if not ((forbidden.apart[a] and forbidden.apart[b]) or is_pair(forbidden.pairs, a, b)):
-            heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
+            heights = [_height(points[rows[row_of[edge]]]) for edge in ((a, b), (b, a)) if max(rows[row_of[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
                 continue
         v = len(points) + len(middles)
         middles.append((a, b))
         for start, end in ((a, b), (b, a)):
-            t = holder.pop((start, end))
+            t = row_of.pop((start, end))
             apex = rows[t][(rows[t].index(start) + 2) % 3]
-            holder[end, apex] = len(rows)
+            row_of[end, apex] = len(rows)
             rows[t] = [start, v, apex]
             rows.append([v, end, apex])
     ends = np.array(middles, dtype=np.int32).reshape(-1, 2)

@@ -148,15 +148,15 @@ def _plain(type_: str) -> str:
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
     """Returns the header with these elements, and textures renamed by `textures`; all other lines stay."""
     missing = {e.name: e for e in elements}
-    left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
+    undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     is_kept, end = True, "\n"
     lines: list[str] = []
     for raw in header.text.splitlines(keepends=True):
         new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
         words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
         if words[:1] in (["element"], ["end_header"]):
-            lines += [_declaration(p) + end for p in left.values()]
-            left, is_kept = {}, True
+            lines += [_declaration(p) + end for p in undeclared.values()]
+            undeclared, is_kept = {}, True
         match words:
             case ["end_header"]:
                 break
@@ -164,10 +164,10 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
                 element = missing.pop(name, None)
                 is_kept = element is not None
                 if element is not None:
-                    left = {p.name: p for p in element.properties}
+                    undeclared = {p.name: p for p in element.properties}
                     new = new if int(count) == element.count else f"element {name} {element.count}"
             case ["property", *types, name] if is_kept:
-                p = left.pop(name, None)
+                p = undeclared.pop(name, None)
                 same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
                 new = new if same else None if p is None else _declaration(p)
             case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
@@ -357,51 +357,51 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
     """Reads the tables of the text behind the header, one row a line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
-    piece = tokenise(body)
-    piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
+    tokens = tokenise(body)
+    tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))
     if b"#" in body:
         raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:
-        if (lines_left := len(piece.lengths) - line) < element.count:
+        if (lines_left := len(tokens.lengths) - line) < element.count:
             raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {lines_left:,} lines follow")
         lines = np.arange(line, line + element.count)
         line += element.count
-        end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))
-        tables[element.name] = Table(element, _text_columns(piece, lines, element), (position, end), lines)
+        end = header.size + int(tokens.starts[line] if line < len(tokens.starts) else len(body))
+        tables[element.name] = Table(element, _text_columns(tokens, lines, element), (position, end), lines)
         position = end
-    if line < len(piece.lengths):
-        raise at_line(piece, line, "is one more than its header declares")
-    return tables, piece
+    if line < len(tokens.lengths):
+        raise at_line(tokens, line, "is one more than its header declares")
+    return tables, tokens
 
 
-def _text_columns(piece: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
-    at, end = piece.first[lines], piece.first[lines + 1]
-    last = max(len(piece.kinds) - 1, 0)
+def _text_columns(tokens: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
+    at, end = tokens.first[lines], tokens.first[lines + 1]
+    last = max(len(tokens.kinds) - 1, 0)
     columns: dict[str, Column] = {}
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)
         if p.count_type:
-            declared = piece.values[np.minimum(at, last)]
+            declared = tokens.values[np.minimum(at, last)]
             wrong = (at >= end) | (declared != np.rint(declared)) | (declared < 0) | (declared > end - at)
-            wrong |= ~_fits(piece, np.minimum(at, last), p.count_type)
-            refuse(piece, lines, wrong, f"does not say how long its list {p.name!r} is")
+            wrong |= ~_fits(tokens, np.minimum(at, last), p.count_type)
+            refuse(tokens, lines, wrong, f"does not say how long its list {p.name!r} is")
             lengths = declared.astype(np.int64)
             at += 1
-        refuse(piece, lines, at + lengths > end, f"ends before its {p.name!r}")
-        tokens = indices_of_runs(at, lengths)
-        if not (fit := _fits(piece, tokens, p.type)).all():
-            refuse(piece, np.repeat(lines, lengths), ~fit, f"has a {p.name!r} that is no {p.type}")
-        values = piece.values[tokens].astype(KINDS[p.type])
+        refuse(tokens, lines, at + lengths > end, f"ends before its {p.name!r}")
+        indices = indices_of_runs(at, lengths)
+        if not (fit := _fits(tokens, indices, p.type)).all():
+            refuse(tokens, np.repeat(lines, lengths), ~fit, f"has a {p.name!r} that is no {p.type}")
+        values = tokens.values[indices].astype(KINDS[p.type])
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths
-    refuse(piece, lines, at != end, "has more than is declared")
+    refuse(tokens, lines, at != end, "has more than is declared")
     return columns
 
 
-def _fits(piece: Tokens, tokens: Longs, type_: str) -> Bools:
-    kinds, values = piece.kinds[tokens], piece.values[tokens]
+def _fits(tokens: Tokens, indices: Longs, type_: str) -> Bools:
+    kinds, values = tokens.kinds[indices], tokens.values[indices]
     if KINDS[type_][0] != "f":
         limits = np.iinfo(KINDS[type_])
         return np.asarray((kinds == INTEGER) & (values >= limits.min) & (values <= limits.max))

@@ -107,8 +107,8 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
 def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     """Guesses the attributes of untitled columns from their number and the ranges of their values."""
     width = values.shape[1]
-    three = slice(4, 7) if width == 7 else slice(3, 6)
-    are_levels = width > 5 and whole[three].all() and values[:, three].min() >= 0 and values[:, three].max() <= 255
+    rgb = slice(4, 7) if width == 7 else slice(3, 6)
+    are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
     if width == 6:
         return (*_PLACE, *(_COLOR if are_levels and values[:, 3:].max() > 1 else _NORMAL))
     if width == 7 and not are_levels:
@@ -121,24 +121,24 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
 
 
 def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
-    place = {name: k for k, name in enumerate(columns)}
-    three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
+    column = {name: k for k, name in enumerate(columns)}
+    vectors = {names: values[:, [column[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
     attributes: dict[str, Array] = {}
-    if _NORMAL in three:
-        attributes["normals"] = three[_NORMAL]
+    if _NORMAL in vectors:
+        attributes["normals"] = vectors[_NORMAL]
     top = 0.0
-    if _COLOR in three and three[_COLOR].min() >= 0 and three[_COLOR].max() <= 255:
-        levels = whole[[place[n] for n in _COLOR]].all()
-        top = 255.0 if levels else 1.0 if three[_COLOR].max() <= 1 else 0.0
+    if _COLOR in vectors and vectors[_COLOR].min() >= 0 and vectors[_COLOR].max() <= 255:
+        levels = whole[[column[n] for n in _COLOR]].all()
+        top = 255.0 if levels else 1.0 if vectors[_COLOR].max() <= 1 else 0.0
     if top:
         colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
-        colors[:, :3] = np.rint(three[_COLOR] * (255 / top))
-    standard = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
-    for name, k in place.items():
+        colors[:, :3] = np.rint(vectors[_COLOR] * (255 / top))
+    standard = {*_PLACE, *(_NORMAL if _NORMAL in vectors else ()), *(_COLOR if top else ())}
+    for name, k in column.items():
         if name not in standard:
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
-    return three[_PLACE], attributes, top
+    return vectors[_PLACE], attributes, top
 
 
 def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
