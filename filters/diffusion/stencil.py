@@ -307,7 +307,7 @@ def _move_block(
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
             sx = sy = sz = total = size = area = 0.0
-            # The weight of an edge sums over its two triangles; `weight` starts with the share of the triangle before it.
+            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before it.
             weight = at_u[end] if closed else 0.0
             for u in range(start, end + _U(1)):
                 if u < end:

@@ -99,7 +99,7 @@ def facing_rims(
     trees: dict[int, spatial.cKDTree] = {}
     nearest, pair = np.inf, 0
     for step, k in enumerate(np.argsort(gaps, kind="stable")):
-        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, whose gaps rise from here on
+        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and all later gaps are larger
             break
         progress(step / len(gaps))
         a, b = int(first[k]), int(second[k])
@@ -169,7 +169,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
-            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among the spans between them, which may be up to "
+            f"the rims have {len(a):,} and {len(b):,} edges: the search for a band takes all spans between them, at most "
             f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
         )
     component = connected_components(triangles, len(points))[0]

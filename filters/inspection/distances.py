@@ -29,7 +29,7 @@ _ITERATIONS, _SMALLEST = 200, 3e-6
 LEAST_ANGLE = 2.0 * np.pi / 3.0
 #: The most balls that are tried at a place, and the relative rounding error of a radius.
 _BALLS, _SAME = 30, 1e-9
-#: The search for the largest distance ends when no place can be more than this factor further than the furthest place found.
+#: The search for the largest distance ends when no place can be further than the furthest one found by more than this factor.
 _PROVEN = 1.01
 #: The steps of the R2 sequence, which fills a square very evenly: 1 / g and 1 / g^2 with g^3 = g + 1 [roberts2018].
 _STEPS = (0.7548776662466927, 0.5698402909980532)
@@ -173,7 +173,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measures the distance of a mesh from a surface by `count` samples, at least one on each face; of a cloud by its vertices.
+    """Measures the distance of a mesh or a cloud from a surface: by `count` samples, at least one on each face, or by all points.
 
     Raises:
         FilterInputError: not a mesh.

@@ -70,7 +70,7 @@ class DaskWorkers:
 class _Plugin(WorkerPlugin):
     """Holds the station of a worker during a batch; dask also sends it to workers that join later."""
 
-    name: str  # of the batch; the names of its tasks begin with it
+    name: str  # the name of the batch, with which the names of its tasks begin
     template: bytes  # a pickled `Job`
     worker_conditions: Conditions
     station: Station | None = None

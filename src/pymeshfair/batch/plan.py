@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Drops outputs of runs that folders and patterns contain; returns the remaining scans, and the paths of the outputs."""
+    """Drops outputs of runs from the files of folders and patterns; returns the remaining scans, and the paths of the outputs."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
@@ -232,7 +232,7 @@ def _output_name(name: str, request: RequestedScan, number: int) -> str:
     try:
         return name.format(**values)
     except (KeyError, IndexError, ValueError, AttributeError):
-        raise ParameterError(f"names of outputs after {name!r} cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
+        raise ParameterError(f"output names by {name!r} cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
 
 
 def _check_collisions(scans: Sequence[Scan]) -> None:

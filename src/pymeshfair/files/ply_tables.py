@@ -66,7 +66,7 @@ class PlyHeader:
 
     @property
     def byte_order(self) -> str:
-        """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
+        """The byte order of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
         return ">" if self.format == "binary_big_endian" else "<"
 
     def element(self, name: str) -> PlyElement:
@@ -75,7 +75,7 @@ class PlyHeader:
 
     @property
     def textures(self) -> tuple[str, ...]:
-        """The texture files that it names, as written there."""
+        """The texture files that the header names, as written there."""
         words = (comment.split(maxsplit=1) for comment in self.comments)
         return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
 

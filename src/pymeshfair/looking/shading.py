@@ -31,7 +31,7 @@ _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of a dot of a cloud
 _DOT = 1.1
-#: the most dots of an edge, which may reach far beyond a close-up
+#: the most dots that draw an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
 
 #: shares of ambient, diffuse and specular light, for clay

@@ -135,7 +135,7 @@ class Part:
     share: float | None  # its share of the input's area; None if the input has no area
     pieces: int  # the number of connected pieces of the faces
     loose: int  # the number of pieces that share no vertex with the remaining faces
-    rims: int  # the number of the remaining pieces that reach the border of their mesh
+    rims: int  # the number of pieces that share a vertex with those faces and reach the border of their mesh
     largest: tuple[Piece, ...] = ()  # up to twenty pieces, the largest area first
 
 
