@@ -169,7 +169,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
-            f"the rims have {len(a):,} and {len(b):,} edges: the search for a band takes all spans between them, at most "
+            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among all spans between them, at most "
             f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
         )
     component = connected_components(triangles, len(points))[0]

@@ -89,7 +89,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the end of its last whole record in bytes (0 if it is not used), and the reason."""
+    """Returns the results of a former run, the end of its last whole record in bytes (0: not used), and why it is not used."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:

@@ -1,7 +1,7 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
 pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
-helper attributes. After that they are overwritten through the vertex normals, which is slower. Vertex i moves to (i, 0, 0). A
+helper attributes. After that these are overwritten through the vertex normals, which is slower: vertex i moves to (i, 0, 0). A
 helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
 and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
@@ -48,7 +48,7 @@ _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """Stores arrays in helper attributes of the current layer, one number an element; returns their names until the next call."""
+    """Stores arrays in helper attributes of the current layer, one number an element; returns names valid until the next call."""
     if has_room(bench, element, len(arrays)):
         fresh = _names(_count_helpers(bench, element), len(arrays))
         for name, values in zip(fresh, arrays, strict=True):
