@@ -132,7 +132,7 @@ def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) 
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
     if extension(path) not in formats:
-        what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that names a format"
+        what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that says the format"
         raise InputError(path, f"{what}; a run reads {listed(formats)}")
     try:
         os.fspath(path).encode("utf-8")
