@@ -45,11 +45,11 @@ class ConvergenceError(PymeshfairError, RuntimeError):
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
-    """Returns the value as an `int` from `least` to `most`, both included; None for no upper bound.
+    """Returns the value as an `int` from `least` to `most`, both included; `most` None is no upper bound.
 
     Raises:
-        FilterInputError: not an integer, or out of range: "iterations is 2.5: it is a whole number of at least 0". The `note`
-            starts with punctuation and explains the value, or what to give instead.
+        FilterInputError: not an integer, or out of range: "iterations is 2.5: it must be a whole number of at least 0". The
+            message ends with `note`: punctuation, then an explanation of the value or the remedy.
     """
     if isinstance(value, Integral) and not isinstance(value, bool):
         number = int(value)
@@ -57,11 +57,11 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
             return number
     allowed = f"of at least {least}" if most is None else f"from {least} to {most}"
     written = f", written {value:.0f}" if isinstance(value, float | np.floating) and float(value).is_integer() else ""
-    raise FilterInputError(f"{name} is {_shown(value)}: it is a whole number {allowed}{written}{note}")
+    raise FilterInputError(f"{name} is {_shown(value)}: it must be a whole number {allowed}{written}{note}")
 
 
 def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None) -> float:
-    """Returns the value as a finite `float` within the bounds, both included; `most` needs `least`.
+    """Returns the value as a finite `float` from `least` to `most`, both included; `most` needs `least`.
 
     Raises:
         FilterInputError: not a real number, not finite, or out of range: "time_step nan is not finite and at least 0".
@@ -75,7 +75,7 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
-    """Returns the value as a finite `float` above 0 and at most `most`, None for no bound; `note` as in `check_whole_number`.
+    """Returns the value as a finite `float` above 0 and at most `most` (None: no bound); `note` as in `check_whole_number`.
 
     Raises:
         FilterInputError: not a real number, not finite, or out of range: "detail_size 0.0 is not finite and above 0".

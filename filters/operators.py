@@ -64,10 +64,10 @@ SHORTEST_EDGE = 1e-6
 #: A triangle whose doubled area is below this share of its summed squared edges gets that area in the cotangents, which keeps
 #: them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
-NEVER_ZERO = 1e-300
+NEVER_ZERO = 1e-300  # is added to divisors
 # Up to this many ends are compared pair by pair, which takes quadratic time; more are sorted.
 _FEW = 48
-# Vertices of a block, which share a table.
+# The number of vertices of a block; each block has one hash table.
 _BLOCK = 1024
 
 
@@ -192,8 +192,8 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
     """L p_i = (2 / E_i) sum_j (p_j - p_i) / e_ij with e_ij = |p_j - p_i| and E_i = sum_j e_ij [fujiwara1995, desbrun1999].
 
     In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline L is the second derivative by arc length. Its unit is one
-    over a squared length, so a step counts in squared mesh units. Steps are stable up to half the square of the shortest edge or
-    somewhat more. Edges shorter than 1e-6 of the mean edge get that length.
+    over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable, and
+    somewhat longer ones often are. Edges shorter than 1e-6 of the mean edge get that length.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
@@ -230,8 +230,8 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
     L p is the mean curvature vector 2 H n. On a sphere it points inwards and tends to -2 p / r^2. On subdivided icosahedra of
     edge length h the error is of the order h at the worst vertices, h^1.4 in the mean square, and 0 at the vertices of valence 5,
-    whose neighbours are symmetric; barycentric areas would be 15 % wrong there on every level. The unit of L is one over a
-    squared length, so a step counts in squared mesh units.
+    whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at these on every level. The unit of L is one
+    over a squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))
     stiffness = _assembled(vertices, faces, areas)
@@ -343,10 +343,10 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    On a thin cap the cross products at the three corners differ by rounding, and by more than its smallest height allows. Only
+    On a thin cap the cross products at the three corners differ by rounding errors, which are large against its height. Only
     one area for all three cotangents keeps the stiffness semidefinite.
     """
-    i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba makes a float of an unsigned and a signed integer
+    i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)
     middle, high = (middle, k) if middle < k else (k, middle)
     low, middle = (low, middle) if low < middle else (middle, low)
@@ -507,7 +507,7 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     places, place_of, together = np.unique(points, axis=0, return_inverse=True, return_counts=True)
     if len(places) <= _NEIGHBOURS:
         raise FilterInputError(
-            f"a point cloud of {len(places)} points in different places has no {_NEIGHBOURS} neighbours for each: it takes at "
+            f"a point cloud of {len(places)} points in different places has no {_NEIGHBOURS} neighbours for each: it needs at "
             f"least {_NEIGHBOURS + 1}"
         )
     if len(places) == n:

@@ -33,7 +33,7 @@ KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "hub
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 #: The code of each kernel in compiled functions.
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a finite weight.
+#: The weight 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a finite weight.
 SMALLEST_DEVIATION = 1e-6
 #: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
@@ -42,7 +42,7 @@ A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634
-# Numbers of about this size are 1 apart. Adding it rounds to a whole number, which is then in the last bits of the sum.
+# Floats of about this size are 1 apart. So adding it rounds x to a whole number, which the last bits of the sum then hold.
 _WHOLE = 1.5 * 2.0**52
 # The exponent bits of 1, the number of bits below the exponent, and the least x whose exp(x) has full precision.
 _BIAS, _BELOW, _LEAST = 1023, 52, -708.0
@@ -99,8 +99,8 @@ def _rho(code: int, x: float, sigma: float) -> float:
         elif u <= A2:
             result = A1 * (u - 0.5 * A1)
         else:
-            rest = max(A3 - u, 0.0)
-            result = A1 * (A2 - 0.5 * A1 + 0.5 * ((A3 - A2) - rest * rest / (A3 - A2)))
+            remaining = max(A3 - u, 0.0)
+            result = A1 * (A2 - 0.5 * A1 + 0.5 * ((A3 - A2) - remaining * remaining / (A3 - A2)))
         result *= sigma * sigma
     return result
 
@@ -120,7 +120,7 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-# The form lets loops be vectorised. A constant code leaves one branch, in which both sides of a condition are computed and one is
+# Loops must be vectorised: with a constant code one branch is left, in which both sides of a condition are computed and one is
 # selected. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
@@ -233,7 +233,7 @@ SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
 
-_ITERATIONS, _TOLERANCE = 2000, 1e-13
+_ITERATIONS, _TOLERANCE = 2000, 1e-13  # most iterations, and the relative change of a fit that ends them
 
 
 class Line(NamedTuple):
@@ -256,7 +256,7 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i from the median.
+    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i with weights g_i, from the median.
 
     Args:
         x: (n,) at least one sample.
@@ -265,7 +265,7 @@ def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | No
             samples from their median, times `SIGMA_IN_DEVIATIONS`.
 
     Raises:
-        FilterInputError: no samples, some that are not finite, no such kernel, a scale that is not finite and above 0.
+        FilterInputError: no samples, samples that are not finite, no such kernel, a scale that is not finite and above 0.
     """
     samples = _samples(x, "x").ravel()
     return float(_reweighted(np.ones((len(samples), 1)), samples, np.array([np.median(samples)]), kernel, sigma)[0])

@@ -20,7 +20,7 @@ point_selection = partial(
 
 
 def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
-    """The edit that selects points, with their number, and a note if there are any: they are of a `kind`."""
+    """Returns the edit that selects points and reports their number; a note says what `kind` they are, if there are any."""
     count = int(np.count_nonzero(selected))
     notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
@@ -41,10 +41,10 @@ def compute_selection_by_outlier_probability_per_vertex(
 ) -> Edit:
     """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
-    LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of the neighbours to
-    theirs, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar. The
-    selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of selected vertices,
-    the largest and the mean probability.
+    LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of these neighbours
+    to their own, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar.
+    The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of selected
+    vertices, the largest and the mean probability.
 
     Args:
         neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
@@ -116,10 +116,10 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 ) -> Edit:
     """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
-    The spacing of the cloud is the median, over its points, of the mean distance to their six nearest neighbours; in sparse
-    parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report three shares: the area
-    with selected vertices, the other area beyond half the distance, and the points without unselected surface within the
-    distance. Returns the number of selected vertices.
+    The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse parts
+    it is two thirds of the median of the points around. The selection of vertices is replaced. Notes report three shares: of the
+    area with selected vertices, of the other area farther than half the limit, and of the points that have no unselected surface
+    within the limit. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.
@@ -127,8 +127,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
             over wider gaps.
     """
     cloud = layer.other(reference).vertices
-    of_points = cloud_spacings(cloud)
-    away = gaps(layer.vertices, cloud, of_points)
+    spacing_at = cloud_spacings(cloud)
+    away = gaps(layer.vertices, cloud, spacing_at)
     selected = away > spacings
     notes: tuple[str, ...] = ()
     if len(layer.faces):
@@ -137,17 +137,17 @@ def compute_selection_by_distance_from_cloud_per_vertex(
         notes = (
             f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {half - far:.2%} is "
             f"farther than {0.5 * spacings:g}, and bridges gaps",
-            *_left_out(cloud, of_points, layer.vertices, layer.faces[furthest <= spacings], spacings),
+            *_left_out(cloud, spacing_at, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 
-def _left_out(cloud: Floats, of_points: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
-    """A note on the share of the points, from a sample of thousands, without surface nearby; nothing if there are none."""
+def _left_out(cloud: Floats, spacing_at: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
+    """Returns a note on the share of points, from a sample of thousands, without surface nearby; none if the share is 0."""
     if not len(faces):
         return ()
     sample = slice(None, None, max(1, len(cloud) // 10_000))
-    away = Surface.of(vertices, faces).nearest(cloud[sample]).distances / of_points[sample]
+    away = Surface.of(vertices, faces).nearest(cloud[sample]).distances / spacing_at[sample]
     share = float((away > spacings).mean())
     note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"
     return (note,) if share > 0.0 else ()

@@ -84,7 +84,7 @@ def test_the_recipes_of_the_first_release_are_there() -> None:
 def test_a_withdrawn_recipe_is_answered_with_what_to_take(name: str) -> None:
     """The name is not among those that are shipped, and the error names a recipe that is."""
     assert name not in shipped_recipes()
-    with pytest.raises(UnknownNameError, match="is shipped no more: take") as raised:
+    with pytest.raises(UnknownNameError, match="is no longer shipped: take") as raised:
         load_recipe(name)
     assert any(repr(other) in str(raised.value) for other in shipped_recipes())
 

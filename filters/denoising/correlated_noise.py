@@ -48,8 +48,8 @@ def setting_of_rounded(
 
     def measures(result: Floats) -> tuple[float, float]:
         """Returns the distance of the vertices from their rounding intervals, in steps, and the product."""
-        left = rounding.left(result, rounded, scan.normals)[scan.scored]
-        out = float(np.sqrt((left**2).mean())) if len(left) else 0.0
+        distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
+        out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
 
     results = tried(scan.points, NONE_HELD)
@@ -113,7 +113,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
         return 0.0, False
     variances = noise_field(scan, *_DETECT).variances
     independent, total = float(variances[0]), float(variances.sum())
-    shared = np.sqrt(independent) >= max(tuned.OWN, 0.5 * noise.level) and independent < 0.5 * total
+    shared = np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level) and independent < 0.5 * total
     return (float(np.sqrt(total)) if shared else 0.0), on_lines
 
 

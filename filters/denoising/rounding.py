@@ -16,7 +16,7 @@ from .noise_level import FourthOrder, ring_means
 #: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# Faces of one level are parallel within this angle in radians. A level is at most this many mean edges thick.
+# The largest angle between faces of one level, in radians; also the largest thickness of a level, in mean edges.
 _FLAT = 1e-3
 
 
@@ -28,7 +28,7 @@ class Rounding(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The largest median step of an axis. Rounding is noise of standard deviation step / sqrt(12)."""
+        """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
@@ -44,13 +44,13 @@ class Rounding(NamedTuple):
                 low, high = np.where(movable, low, heights), np.where(movable, high, heights)
             now = heights
             for _ in range(100 // len(self.directions)):  # with three axes a hundred steps would shrink tubes to their limits
-                # Gradient descent on the squares of (I - W)^2 with W = (I + 2 U) / 3; (I - W)^2 is (2/3)^2 (I - U)^2.
+                # Gradient descent on the squares of (I - W)^2 with W = (I + 2 U) / 3 and U = means; I - W = 2/3 (I - U).
                 differences = (now - means @ now) * (2.0 / 3.0)
                 now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
-    def left(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
+    def distances_outside(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
         """Returns (n,) the distances of (n, 3) points from the rounding intervals of the `rounded` points, in steps.
 
         The true points have the distance 0. With several axes the distance is measured along the axes and along the (n, 3) unit
@@ -69,8 +69,8 @@ class Rounding(NamedTuple):
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     """Returns the rounding of a mesh, None if it was not rounded.
 
-    All faces within a level have the same normal, which is the axis. Along it the vertices lie on few levels and the surface is
-    rough. Further axes are perpendicular to it.
+    On a rounded mesh all faces within a level have the same normal, which is the axis. The vertices lie on few levels along the
+    axis, and the surface is rough along it. Further axes are perpendicular to the first.
     """
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):
@@ -99,7 +99,7 @@ def _axes(normals: Floats) -> list[Floats]:
     for _ in range(2):
         across = np.flatnonzero(np.abs(normals @ axes[0]) < _FLAT) if axes else np.arange(len(normals))
         _, first, counts = np.unique(keys[across], return_index=True, return_counts=True)
-        if not len(counts) or (not axes and len(counts) < 8):  # a designed staircase has fewer normals
+        if not len(counts) or (not axes and len(counts) < 8):  # a staircase by design has fewer different normals
             return axes
         flush = normals[across] @ normals[across[first[counts.argmax()]]] > 1.0 - _FLAT**2
         direction = normals[across][flush].sum(axis=0)
@@ -111,7 +111,7 @@ def _axes(normals: Floats) -> list[Floats]:
 
 
 def _levels(heights: Floats, width: float) -> Floats | None:
-    """Returns the levels of heights, ascending; None for fewer than three levels or one that is wider than `width`."""
+    """Returns the levels of heights, ascending; None if there are fewer than three, or one is wider than `width`."""
     heights = np.sort(heights)
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]

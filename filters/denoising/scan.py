@@ -37,7 +37,7 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
 _REGIONS = 100
-# Meshes with more faces are sampled by many patches. Ten large patches misled, since shapes differ from place to place.
+# Meshes with more faces are sampled by many small patches: ten large ones misled the choice, as shapes differ between places.
 _WHOLE = 20_000
 
 
@@ -56,7 +56,7 @@ class Scan:
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
-        """Returns the scan of a mesh, see `sampled`; `FilterInputError` for a bad mesh or a `movable` that does not fit."""
+        """Returns the scan of a mesh, see `sampled`; raises `FilterInputError` for a bad mesh or a bad `movable`."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 
@@ -129,9 +129,9 @@ class Scan:
 
     @cached_property
     def without_impulses(self) -> "tuple[Scan, bool]":
-        """The scan with its outliers replaced (the same scan without impulse noise), and whether its noise is uneven."""
+        """The scan with its outliers replaced (unchanged if it has no impulse noise), and whether its noise is uneven."""
         replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
-        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # uneven noise may leave half of the mesh calm
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half, since uneven noise may leave half of the mesh calm
             return self, False
         beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
         uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
@@ -161,7 +161,7 @@ class Scan:
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """Returns the choice, or its first candidate (do nothing) if the chosen filter removes details.
 
-        It does if the residuals of neighbours correlate and its prediction error is above 1.2 times the noise level.
+        A filter removes details if neighbours correlate and its prediction error is at least 1.2 times the noise level.
         """
         removes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
@@ -180,18 +180,18 @@ class Scan:
         wanted = [label in near for family in labels for label in family]
         shares = measured(candidates(self.points, NONE_HELD), labels, flipped, kept=np.array(wanted))
         most = max(tuned.FLIPPED, 2.0 * min(shares))
-        left = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
-        return replace(choice, chosen=min(left, key=lambda trial: trial.error))
+        accepted = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
+        return replace(choice, chosen=min(accepted, key=lambda trial: trial.error))
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
-        Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex from the others fits the
-        surface. Held-out vertices y start at their `initial_positions`; the deviation of a result f is n . (y - f). `by_means`
-        starts them at means always, since quadrics hide the error of moving exact vertices. `labels` and `stays` are those of
-        `cross_validate`. The choice is the same for any number of threads.
+        Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex from its neighbours
+        fits the surface. Held-out vertices start at their `initial_positions`. With `by_means` they always start at means, since
+        quadrics hide the error of moving exact vertices. A result f deviates from a vertex y by n . (y - f). `labels` and `stays`
+        are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
@@ -210,11 +210,11 @@ class Scan:
     ) -> Choice[Label] | None:
         """Chooses the result with the least expected error of its slopes [stein1981], for noise of any covariance.
 
-        The response of a filter f to noise is measured by adding noise [ramani2008]. h = n . (f(y) - y) are the heights of the
-        result. b is more noise of the same covariance: `noise`, (n,) heights, or noise of single vertices for None. The response
-        is g = n . (f(y + e b) - f(y)) / e. The mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) over the edges is the squared
-        error of the height differences plus their noise variance. Among the results within one standard error of the best the
-        flattest wins. The first label should stand for doing nothing. Errors are in mean edges. None without scored edges.
+        A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
+        heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e. The (n,) heights b have the covariance of the noise; `noise`
+        gives them, None stands for independent noise. The squared error of height differences, plus the variance of their noise,
+        is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) over the edges. Among the results within one standard error of
+        the best the flattest wins. The first label should be to do nothing. Errors are in mean edges. None without scored edges.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
@@ -231,7 +231,7 @@ class Scan:
         heights, flatness = zip(*measures, strict=True)
         noisier = candidates(self.points + _LITTLE * b[:, None] * self.normals, NONE_HELD)
         responses = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        # A region has the edges whose first vertex is nearest to the same one of 100 random vertices.
+        # Random vertices are the middles of the regions; an edge belongs to the middle that is nearest to its first vertex.
         distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
         middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
         middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
@@ -248,7 +248,7 @@ class Scan:
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
-    """Returns the faces of the patches, numbered anew, and the mesh vertex for each new number."""
+    """Returns the faces of the patches with new vertex numbers, and the mesh vertex of each new number."""
     at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
     perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
     numbers = (perimeters / edge * 1013.0) % 1.0  # random

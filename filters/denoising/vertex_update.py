@@ -18,9 +18,9 @@ VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
 
 # A step that would flip a face is halved up to this number of times, then left out.
 _HALVINGS = 3
-# Below 1 by more than rounding errors, so that a step that counts as safe is safe in the sums of `_share_without_flips`, too.
+# A factor of the squared longest safe step: so far below 1 that rounding errors cannot make a safe step flip a face.
 _SAFE = 0.999
-# The columns for each face: the target normal m, m . c with its centre c, its weight, the square of the longest safe step.
+# A row for each face: its target normal m, m . c with its centre c, its weight, the square of the longest step without a flip.
 _OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
 
 
@@ -42,7 +42,7 @@ def fit_vertices(
     "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with the
     centre c_j; w_j is 1 or the area of j. With `avoid_flips` a step that turns a face away from its target normal is halved, and
     in the end left out. Vertices that are `along_normal`, as on borders, move along the mean target normal only. `overwrite` is a
-    table of `measure_faces` to reuse as memory.
+    table of `measure_faces` whose memory is reused.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
@@ -217,7 +217,7 @@ def _along_mean_normal(
 def _share_without_flips(
     now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]
 ) -> float:
-    """Returns the share of the step of vertex i that flips no face which is on the side of its target normal."""
+    """Returns the largest tried share of a step of vertex i, 1, 1/2 ... or 0, that turns no face away from its target normal."""
     px, py, pz = now[i, 0], now[i, 1], now[i, 2]
     share = 1.0
     for _ in range(_HALVINGS + 1):

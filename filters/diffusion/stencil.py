@@ -1,7 +1,7 @@
 """Explicit steps of an operator on a mesh: the choice of vertices that move, the kernels, and a bound of the spectrum.
 
-Each kernel reads the points before the step and writes the points after it, for all vertices that move, as in the paper's
-equation: out_i = p_i + step (L p)_i. Vertices with 0 in `moves` keep the content of `out`.
+Each kernel reads the points p before the step, and writes the points after it for all vertices that move:
+out_i = p_i + step (L p)_i. Vertices with 0 in `moves` keep the content of `out`.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, NO_STAR, OPEN, Border
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
 #: Takes the points before the step, an array for the points after it, and the step; vertices that do not move keep the content of
-#: the array. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and the points of a
-#: longer step are of no use.
+#: the array. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode; after a
+#: longer step the points are undefined.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
-#: The offsets (n + 1,) int64 and the neighbours int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
+#: The offsets, (n + 1,) int64, and the neighbours, int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
 #: Parallel kernels take the two arrays one by one: with the tuple these short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
 # Indices in kernels are unsigned: the compiler would test signed ones for being negative.
@@ -53,7 +53,7 @@ def explicit_stencil(
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
-        raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
+        raise FilterInputError(f"MeshLab's update rule is defined for the operators 'uniform' and 'cotangent', not {operator!r}")
     if len(mesh.cells_in_vertices) == 0 and len(mesh) > 0:
         free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
         return _assembled(build_laplacian(mesh.points, mesh.cells, operator), free.view(np.uint8))
@@ -180,7 +180,7 @@ def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, nei
             start, stop = _U(offsets[i]), _U(offsets[i + 1])
             x = y = z = 0.0
             k = start
-            while k + _U(1) < stop:  # two at a time, which halves the branches; these take most of the time
+            while k + _U(1) < stop:  # two at a time, to halve the branches, which take most of the time
                 j = _U(neighbours[k])
                 x += points[j, 0]
                 y += points[j, 1]
@@ -205,7 +205,7 @@ def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, nei
 def _weighted_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
 ) -> None:
-    """Moves vertices by the weighted sum of their edges times their share, the step over the mass."""
+    """Moves vertices by the weighted sum of their edges, times `shares`: the step over the mass."""
     for i in prange(moves.shape[0]):
         if moves[i]:
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -270,7 +270,7 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 @compiled(parallel=True)
 def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighbours: Ints, rule: int, step: float) -> float:
-    """Moves the vertices with closed and open stars, whose neighbours are in order; returns Gershgorin's bound of -L, by area."""
+    """Moves vertices with closed or open stars, whose neighbours are in order; returns Gershgorin's bound of -L for `BY_AREA`."""
     bound, n = 0.0, kinds.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         first, last = block * _BLOCK, min((block + 1) * _BLOCK, n)
@@ -283,7 +283,7 @@ def _move_block(
     points: Floats, out: Floats, kinds: Kinds, first: int, last: int, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
     """Moves the vertices from `first` to before `last`; returns the bound of `_star_step`."""
-    # The edges of one star after the other. The first edge of each star is repeated at its end.
+    # The edges of all stars in turn. The first edge of each star is repeated at its end.
     edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
     at = _U(0)
@@ -298,7 +298,7 @@ def _move_block(
                 at += _U(1)
             x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
             at += _U(1)
-    # u is an edge and v the next one. Several square roots and divisions run at a time; they are most of the work.
+    # u is an edge, v the next one. In this loop several square roots and divisions, most of the work, run at a time.
     for u in range(max(at, _U(1)) - _U(1)):
         v = u + _U(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
@@ -307,7 +307,7 @@ def _move_block(
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
             sx = sy = sz = total = size = area = 0.0
-            # An edge has a weight from each of its two triangles; `weight` is that of the triangle before it.
+            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before it.
             weight = at_u[end] if closed else 0.0
             for u in range(start, end + _U(1)):
                 if u < end:
@@ -372,10 +372,10 @@ def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule
 
 @compiled(parallel=True)
 def _element_bound(points: Floats, faces: Ints) -> float:
-    """Bounds the spectrum of -L by area: the largest eigenvalue of M^-1 C over all single triangles.
+    """Bounds the spectrum of -L for `BY_AREA` by the largest eigenvalue that -M^-1 C has on a single triangle.
 
-    Stiffness and areas are sums over the triangles, so no eigenvalue of the mesh is above those of its triangles [irons1971]. The
-    bound is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
+    Stiffness and areas are sums over the triangles, so no eigenvalue of the mesh is above the largest of a triangle [irons1971].
+    The bound is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
     """
     bound = 0.0
     for f in prange(faces.shape[0]):

@@ -17,28 +17,28 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
     """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
     Each set is ascending and not empty. The sets are disjoint until less than 35 % of the vertices are left; then all may be
-    drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length. So they stay the same
+    drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length, so they are the same
     for a mesh moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
-    left, held_out = scored.copy(), []
+    remaining, held_out = scored.copy(), []
     for mask in range(seed * masks, (seed + 1) * masks):
         draws, ranks = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
-        chosen = left & (draws < _CANDIDATES)
+        chosen = remaining & (draws < _CANDIDATES)
         a, b = pairs[chosen[pairs].all(axis=1)].T
         chosen[np.where(ranks[a] < ranks[b], a, b)] = False
         held_out.append(np.flatnonzero(chosen).astype(np.int32))
-        left &= ~chosen
-        if np.count_nonzero(left) < _CANDIDATES * np.count_nonzero(scored):
-            left = scored.copy()
+        remaining &= ~chosen
+        if np.count_nonzero(remaining) < _CANDIDATES * np.count_nonzero(scored):
+            remaining = scored.copy()
     return [mask for mask in held_out if len(mask)]
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """Returns (n,) random signs, 1 or -1: noise of standard deviation 1.
 
-    They depend on the lengths of the (e, 2) edges at a vertex, which are equal in regular meshes, and on its centroid distance.
+    They depend on the (e, 2) edge lengths at a vertex and, as regular meshes have equal ones, on its distance from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge
@@ -88,7 +88,7 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:
     """Returns (n,) weighted means of the `counted` values over neighbourhoods of `times` rings; near values weigh more.
 
-    It sums over the one-rings of the (e, 2) edges `times` times. 0 where the neighbourhood has no counted value.
+    Values are summed over one-rings of the (e, 2) edges, `times` times. 0 where a neighbourhood has no counted value.
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T

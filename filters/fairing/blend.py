@@ -16,11 +16,11 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# An orientation is clear if its neck bends less than this share of the other orientation's neck.
+# The orientation is clear if one of the two possible necks has at most this share of the bending of the other.
 _CLEARLY = 0.5
-# If the centres are nearer than this many mean radii, the line between them does not give the direction of the neck.
+# If the centres of the rims are nearer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
-# Then the planes of the rims decide, if the cosine of the angle between their normals is larger in size than this.
+# The planes of such rims decide if the cosine of the angle between their normals is larger in size than this.
 _PARALLEL = 0.7
 #: The most vertices of a band.
 MOST_ADDED = 10_000_000
@@ -48,13 +48,13 @@ def blend_parts(
         faces: (m, 3) triangles of both parts.
         energy: "membrane" meets the parts with a crease, as a soap film would; "thin_plate" continues their tangent planes,
             "minimum_variation" their curvatures too.
-        among: (n,) bool: only rims whose vertices are all True; both may belong to one component. None: all rims, and the two
-            belong to different components.
+        among: (n,) bool: only rims whose vertices are all True; both may belong to one component. None: any two rims of
+            different components.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: there are no two rims, they meet, the product of their numbers of edges is above 400 million, they are
-            too far apart for the length of their edges, or they belong to two components and one of these is clearly inside out.
+            too far apart for the length of their edges, or one of their two components is clearly inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -72,9 +72,9 @@ def blend_parts(
 def facing_rims(
     points: Floats, triangles: Ints, *, among: ArrayLike | None = None, progress: Progress = ignore_progress
 ) -> tuple[Ints, Ints]:
-    """The two rims that are nearest to each other, each in the direction of the faces that would close it.
+    """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.
 
-    A rim is one of the `boundary_loops` that meets no vertex twice. The distance of two rims is the mean, over the vertices of
+    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean, over the vertices of
     both, of the distance to the nearest vertex of the other; each rim has the same weight.
     """
     rims = [
@@ -89,7 +89,7 @@ def facing_rims(
         part = np.array([component[rim[0]] for rim in rims], dtype=np.int64)
         first, second = (ends[part[first] != part[second]] for ends in (first, second))
     if len(first) == 0:
-        where = "of different components" if among is None else "all of whose vertices are selected"
+        where = "of different components" if among is None else "with only selected vertices"
         raise FilterInputError(
             f"there are no two rims {where} to join: {len(rims)} found; put both parts into one layer (merge the visible layers) "
             "and open each where they are to meet"
@@ -99,7 +99,7 @@ def facing_rims(
     trees: dict[int, spatial.cKDTree] = {}
     nearest, pair = np.inf, 0
     for step, k in enumerate(np.argsort(gaps, kind="stable")):
-        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, whose gaps rise from here on
+        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and all later gaps are larger
             break
         progress(step / len(gaps))
         a, b = int(first[k]), int(second[k])
@@ -113,13 +113,13 @@ def facing_rims(
 
 
 def one_is_inside_out(first: Floats, second: Floats) -> bool | None:
-    """True if turning one part over would at least halve the bending of the neck, False if it would double it; else None.
+    """Returns True if turning one part over would at least halve the bending of the neck, False if at least double it, else None.
 
     The rims, (a, 3) and (b, 3), have the direction of the faces that would close them. Then the area vector of a rim points out
-    of a correct part, and into a part that is inside out. A neck leaves one part along this vector and enters the other against
-    it. Its axis is modelled as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the
-    chord d has length 1. The bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second
-    derivative. None also if a rim has no area.
+    of a correct part, and into a part that is inside out. A neck leaves one part along its area vector s and enters the other
+    against its area vector, along t. The axis of the neck is modelled as the cubic between the centres of the rims with the unit
+    tangents s and t, at a scale where the chord d has length 1. The bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a
+    fourth of the integral of its squared second derivative. None also if a rim has no area.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
@@ -152,7 +152,7 @@ class Blend:
     """A band that joins two rims."""
 
     vertices: Floats  # (k, 3) the new vertices
-    faces: Ints  # (b, 3) the new triangles, oriented as those on the rims; n + i names the new vertex i of a mesh of n
+    faces: Ints  # (b, 3) the new triangles, oriented like those at the rims; n + i is new vertex i of a mesh of n vertices
     rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of these triangles
     doubtful: bool  # whether a part may be inside out: `one_is_inside_out` gave None
 
@@ -162,23 +162,22 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
 
     Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
     contains the shortest span and has the least sum of squared spans. Rows of new vertices divide its spans evenly, and
-    neighbouring rows are joined in the same way. The number of rows makes triangles equilateral on average: the mean span over
-    sqrt(3) / 2 of the mean edge of the rims, rounded, at least one.
+    neighbouring rows are joined in the same way. The number of rows of triangles is the mean span over sqrt(3) / 2 of the mean
+    edge of the rims, rounded, at least one: then triangles are equilateral on average.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
-            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among the spans between them, which may be up to "
+            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among all spans between them, at most "
             f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
         )
     component = connected_components(triangles, len(points))[0]
-    wrong = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
-    if wrong:
+    inside_out = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
+    if inside_out:
         raise FilterInputError(
-            f"one of the parts is inside out, that of vertex {a[0]} or that of vertex {b[0]}: their rims are turned so that a "
-            "neck between them would have to turn back; turn the faces of one of them over (invert faces orientation) before "
-            "joining them"
+            f"one of the parts is inside out, the part with vertex {a[0]} or the part with vertex {b[0]}: a neck between their "
+            "rims would have to turn back; turn the faces of one part over (invert faces orientation) before you join them"
         )
     rims = a, b
     a = a[::-1]  # now both have the same direction
@@ -200,27 +199,27 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     for row, (low, high) in enumerate(pairwise(loops)):
         partial = part_of(progress, 0.3 + 0.7 * row / count, 0.3 + 0.7 * (row + 1) / count)
         strips.append(_strip(all_points, low, high, partial))
-    return Blend(np.concatenate(added), np.concatenate(strips), rims, wrong is None)
+    return Blend(np.concatenate(added), np.concatenate(strips), rims, inside_out is None)
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
-    """Returns how many rows of triangles fill the spans between two rims, if triangles are as long as the edges of the rims."""
+    """Returns the number of rows of equilateral triangles, as long as the mean edge of the rims, between two rims."""
     with np.errstate(over="ignore"):
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
     if not (0.0 < edge < np.inf and span < np.inf):
-        raise FilterInputError("the rims have no length, or one out of range: there is nothing to join")
+        raise FilterInputError("the rims or the spans have no length, or a length out of range: there is nothing to join")
     count = round(span / (math.sqrt(0.75) * edge))
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(
-            f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would be more than "
+            f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would have more than "
             f"{MOST_ADDED:,} vertices; bring the parts closer together"
         )
     return max(1, count)
 
 
 def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
-    """(a + b, 3) the triangles between two loops of the same direction."""
+    """Returns (a + b, 3) the triangles between two loops of the same direction."""
     i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
     lows, highs = low[i], high[j]
@@ -230,7 +229,7 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
 
 
 def _resampled(loop: Floats, count: int, shift: float) -> Floats:
-    """(count, 3) points at equal distances along a closed polyline; the first lies `shift` distances after the start."""
+    """Returns (count, 3) points at equal distances along a closed polyline; the first lies `shift` distances after the start."""
     lengths = np.concatenate([[0.0], np.cumsum(side_lengths(loop))])
     places = (np.arange(count) + shift) / count * lengths[-1]
     closed = np.concatenate([loop, loop[:1]])
@@ -261,7 +260,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 @compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Fills the grid's rows from `start` to before `end`; `costs` has the row before `start`, then row end - 1."""
+    """Fills the grid's rows from `start` to before `end`; `costs` has the costs of row start - 1, then of row end - 1."""
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0

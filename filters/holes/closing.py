@@ -74,8 +74,8 @@ def close_holes(
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
-    hole, a tube longer than three quarters of its width has two holes. `selected` also closes rims that count as outer borders by
-    their area alone. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
+    hole, a tube longer than three quarters of its width has two holes. With `selected`, rims that count as outer borders by their
+    area alone are closed too. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -189,7 +189,7 @@ class Patches:
         if refine:
             refining = part_of(progress, _PATCH_TRIANGULATION, 1.0)
             patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
-            # A hole with the same two vertices may join them later: the flips of this one must not.
+            # Flips must not join two shared vertices here, since the patch of another hole may join them later.
             forbidden = forbidden._replace(apart=self._shared[rim_vertices])
         faces = np.column_stack([outline.vertices, np.roll(outline.vertices, -1), outline.opposite])[outline.opposite >= 0]
         sides, normals = np.searchsorted(rim_vertices, faces[:, :2]), -cross_products(self._points, faces)
@@ -206,10 +206,10 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one broke `FURTHEST`.
+        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one exceeded `FURTHEST`.
 
         Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
-        the failing patches are alone. A patch that fails or breaks `FURTHEST` gets the next lower energy from then on.
+        the failing patches are alone. A patch that fails or exceeds `FURTHEST` gets the next lower energy from then on.
         """
         energies, thrown_out = [energy] * len(self._placed), [False] * len(self._placed)
         for done in range(rounds):
@@ -342,8 +342,8 @@ def remesh_region(
         progress: called with the completed share; may raise to stop.
 
     Returns:
-        (n,) the vertices to delete with their faces: the region without the vertices of triangles at open borders. And the
-        filling, whose indices are those of the whole mesh.
+        (n,) bool, the vertices to delete with their faces: the region without the vertices of triangles at open borders; and
+        the filling, with indices of the whole mesh.
 
     Raises:
         FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.

@@ -37,7 +37,7 @@ _LEAST_WIDTH, SLOPE = 1.0, 0.4
 class ForbiddenEdges(NamedTuple):
     """The edges that a patch must not have between its rim vertices 0 to k - 1."""
 
-    pairs: VertexPairs  # pairs with an edge outside the patch
+    pairs: VertexPairs  # pairs of rim vertices with an edge outside the patch
     apart: Bools  # (k,) the rim vertices that must not be joined with each other
     alone: Bools  # (k,) the vertices that the rim passes twice: a flip must not join them with any vertex
 
@@ -88,24 +88,24 @@ def _split_diagonals(
     """Splits the inner edges between two rim vertices at their midpoints; in cracks only the `forbidden` ones."""
     concerned = (triangles < n_rim).sum(axis=1) > 1  # triangles with an edge between rim vertices
     rows = triangles[concerned].tolist()
-    holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
-    inner = [(a, b) for a, b in holder if max(a, b) < n_rim and (b, a) in holder]
+    row_of = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}  # of each directed edge
+    inner = [(a, b) for a, b in row_of if max(a, b) < n_rim and (b, a) in row_of]
     if not inner:
         return points, sizes, triangles
     middles: list[tuple[int, int]] = []
     for a, b in inner:
-        if (a, b) not in holder:
+        if (a, b) not in row_of:
             continue  # `inner` has each edge in both directions: this one is split already
         if not ((forbidden.apart[a] and forbidden.apart[b]) or is_pair(forbidden.pairs, a, b)):
-            heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
+            heights = [_height(points[rows[row_of[edge]]]) for edge in ((a, b), (b, a)) if max(rows[row_of[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
                 continue
         v = len(points) + len(middles)
         middles.append((a, b))
         for start, end in ((a, b), (b, a)):
-            t = holder.pop((start, end))
+            t = row_of.pop((start, end))
             apex = rows[t][(rows[t].index(start) + 2) % 3]
-            holder[end, apex] = len(rows)
+            row_of[end, apex] = len(rows)
             rows[t] = [start, v, apex]
             rows.append([v, end, apex])
     ends = np.array(middles, dtype=np.int32).reshape(-1, 2)
@@ -120,7 +120,7 @@ def _height(triangle: Floats) -> float:
 
 
 def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
-    """(b,) which triangles to split, see `refined_patch`."""
+    """Returns (b,) which triangles to split, see `refined_patch`."""
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
     reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
     large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)
@@ -128,7 +128,7 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
-    """Replaces each chosen triangle by three around a new point, `count` on: one keeps its row, the others are appended."""
+    """Splits each chosen triangle into three around a new point, numbered from `count`: one keeps its row, two are appended."""
     a, b, c = triangles[chosen].T
     v = count + np.arange(len(chosen), dtype=np.int32)
     split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
@@ -191,18 +191,18 @@ def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
 
 @compiled
 def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
-    """The cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
+    """Returns the cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
     x, y, z = cross_product(points, a, b, c)
     p, q, r = cross_product(points, d, e, f)
     return float(x * p + y * q + z * r)
 
 
 def uniform_width(patch: Patch) -> float:
-    """The width, in edges, of the band along the rim that is as dense as the rim; infinite if the whole patch is.
+    """Returns the width, in edges, of the band along the rim that is as dense as the rim; infinite for the whole patch.
 
     Equilateral triangles with side h have one vertex per area h^2 sqrt(3) / 2. A band along k rim edges, u edges wide, has
-    k u 2 / sqrt(3) vertices, and the inside, where edges grow by g times the distance, at most k / g 2 / sqrt(3). The result is
-    the u for which they sum to `MOST_VERTICES`.
+    2 k u / sqrt(3) vertices. The inside, where edges grow by g times the distance, has at most 2 k / (g sqrt(3)). The result is
+    the u for which band and inside have `MOST_VERTICES` together.
     """
     each = np.sqrt(3.0) / 2.0
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
@@ -213,7 +213,7 @@ def uniform_width(patch: Patch) -> float:
 
 
 def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:
-    """(n,) the target edge lengths at points: `sizes` within `uniform` edges of the (k, 3) rim, beyond growing by `SLOPE`."""
+    """Returns (n,) target edge lengths: `sizes` within `uniform` edges of the (k, 3) rim, beyond that growing by `SLOPE`."""
     if not np.isfinite(uniform) or len(points) == 0:
         return sizes
     distance, _ = spatial.cKDTree(rim).query(points)

@@ -26,7 +26,7 @@ Outer: TypeAlias = Literal["no", "probably", "surely"]
 _HEIGHT = 0.5
 #: A hole and its islands may have this many edges together, or `max_edges` if that is more: memory grows with the square.
 MOST_JOINED = 10_000
-#: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for the hole around one.
+#: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
@@ -54,7 +54,7 @@ class OpenRim(NamedTuple):
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, explanation: str = "") -> OpenRim:
-    """Returns the rim with its reason and a message; `explanation` replaces that of `_WHY`."""
+    """Returns the rim with its reason and a message; `explanation` replaces the text of `_WHY`."""
     edges, why = len(rim.vertices), explanation or _WHY[reason]
     return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left open{why}")
 
@@ -92,12 +92,12 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 
 
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
-    """Whether each rim is the outer border of a sheet.
+    """Returns whether each rim is the outer border of a sheet.
 
-    The total geodesic curvature is the sum over the rim of pi minus the angle of the surface at the vertex. Above `OUTER_TURN`
-    it is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, and a curved one less. A rim is probably
-    an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature is above
-    `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
+    The total geodesic curvature is the sum over the rim of pi minus the angle of the surface at the vertex. A rim above
+    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, a curved one less. A rim is
+    probably an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature
+    is above `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
     """
     if not rims:
         return []
@@ -164,7 +164,7 @@ def sorted_rims(
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
-    """For each island's rim the index of the smallest hole around it that belongs to another component; -1 without one.
+    """Returns for each island the index of the smallest hole of another component around it, -1 without one; islands are rims.
 
     An island lies in a hole if all its rim vertices are near the middle plane of the hole and, projected along the normal of the
     plane, inside the hole's rim, and if its orientation agrees with the surface around.
@@ -185,7 +185,7 @@ def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertic
 
 
 def _size_if_inside(island: Floats, hole: Floats) -> float:
-    """The projected area of a hole, by (k, 3) rims, if the island lies in it as `_holes_around` states; else infinite."""
+    """Returns the projected area of a hole if the island lies in it, see `_holes_around`, else infinity; both are (k, 3) rims."""
     middle, normal = hole.mean(axis=0), area_vector(hole)
     size = float(np.linalg.norm(normal))
     # If the island is oriented like the surface around, its rim runs opposite to the hole's rim.

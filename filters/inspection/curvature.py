@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit vertex normals, weighted by corner angles: independent of how faces are split; 0 if no face has area."""
+    """(n, 3) unit vertex normals, weighted by corner angles, so that split faces give the same; 0 if no face has area."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -43,8 +43,8 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
         if not length > 0.0:
             continue
         at_a, at_b, at_c = angle_at(points, a, b, c), angle_at(points, b, c, a), angle_at(points, c, a, b)
-        rest = (math.pi - at_a - at_b - at_c) / 3.0
-        for corner, angle in ((a, at_a + rest), (b, at_b + rest), (c, at_c + rest)):
+        missing = (math.pi - at_a - at_b - at_c) / 3.0
+        for corner, angle in ((a, at_a + missing), (b, at_b + missing), (c, at_c + missing)):
             sums[corner, 0] += angle * x / length
             sums[corner, 1] += angle * y / length
             sums[corner, 2] += angle * z / length
@@ -60,12 +60,12 @@ GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
 def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: CurvatureOperator = "cotangent") -> Floats:
     """(n,) the mean curvature H of every vertex, in 1 / mesh unit: 1 / r on a sphere of radius r whose normals point outwards.
 
-    Positive where the surface bulges towards its normals, negative in hollows. With n_i the angle-weighted vertex normal:
-    cotangent, H_i = -n_i . (L p)_i / 2 with L = M^-1 C, C the cotangent stiffness and M the mixed Voronoi areas [meyer2003];
-    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges). The uniform value is the mean of
-    the normal curvatures along the edges, weighted by their squared lengths; it is H if the edges are spread evenly. The error
-    of the cotangent operator falls with the square of the edge length on regular meshes, and is 0 on cylinders. Both are 0 on
-    borders, where H is not defined, and at vertices without a face.
+    H is positive where the surface bulges towards its normals, negative in hollows. n_i is the angle-weighted vertex normal.
+    "cotangent": H_i = -n_i . (L p)_i / 2 with L = M^-1 C, the cotangent stiffness C and the mixed Voronoi areas M [meyer2003];
+    its error falls with the square of the edge length on regular meshes, and is 0 on cylinders.
+    "uniform": H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the mean of the normal curvatures
+    along the edges, weighted by their squared lengths. It is H if the edges are spread evenly.
+    H is 0 on borders, where it is not defined, and at vertices without a face.
 
     Raises:
         FilterInputError: not a mesh, or an unknown operator.
@@ -87,13 +87,13 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
     """(n,) the Gaussian curvature of every vertex [meyer2003]; 0 at vertices without a face.
 
-    deficit: in radians, with theta the corner angles at the vertex. At an inner vertex 2 pi - sum theta, the integral of the
-    curvature over its neighbourhood; at a border vertex pi - sum theta, the turn of the border. On every mesh without
-    non-manifold vertices, closed or not, the deficits sum to 2 pi chi, chi the Euler characteristic (Gauss-Bonnet).
+    "deficit", in radians: 2 pi less the sum of the corner angles at an inner vertex, which is the integral of the curvature over
+    its neighbourhood; pi less the sum at a border vertex, the turn of the border. On every mesh without non-manifold vertices,
+    closed or not, the deficits sum to 2 pi times the Euler characteristic (Gauss-Bonnet).
 
-    per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on developable
-    surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and irregular
-    triangles change it more than the mean curvature.
+    "per_area": the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on
+    developable surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and
+    irregular triangles change it more than the mean curvature.
 
     Raises:
         FilterInputError: not a mesh, or an unknown measure.
@@ -104,7 +104,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
         return np.zeros(len(mesh.vertices))
     on_border = border_vertices(mesh.cells, len(mesh))
     angles = corner_angles(mesh.points, mesh.cells)
-    # The angles of a face must sum to pi: a face with coinciding corners lacks an angle, the others have rounding errors.
+    # The angles of a face must sum to pi: a face with coinciding corners lacks an angle, other faces have rounding errors.
     angles = angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0
     full = np.where(on_border, math.pi, 2.0 * math.pi)
     deficits: Floats = full - np.bincount(mesh.cells.ravel(), angles.ravel(), minlength=len(mesh))

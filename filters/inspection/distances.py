@@ -21,15 +21,15 @@ Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
 SAMPLES = 100_000
 #: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
-#: The number of samples for an alignment, and the share of the nearest ones that it uses: scans may overlap only in part.
+#: The number of samples for an alignment, and the share of them that it uses, the nearest: scans may overlap only in part.
 _ALIGNED, _TRUSTED = 20_000, 0.8
 #: The most iterations of an alignment, and the step size at which it ends, as a share of the size of the surface.
 _ITERATIONS, _SMALLEST = 200, 3e-6
 #: Two walls are opposite if the angle between their normals is at least this, in radians; faces at a right-angled edge are not.
 LEAST_ANGLE = 2.0 * np.pi / 3.0
-#: The most balls that are tried at a place, and the rounding error of a radius as a share of it.
+#: The most balls that are tried at a place, and the relative rounding error of a radius.
 _BALLS, _SAME = 30, 1e-9
-#: The search for the largest distance ends when no place can be further by more than this factor.
+#: The search for the largest distance ends when no place can be further than the furthest one found by more than this factor.
 _PROVEN = 1.01
 #: The steps of the R2 sequence, which fills a square very evenly: 1 / g and 1 / g^2 with g^3 = g + 1 [roberts2018].
 _STEPS = (0.7548776662466927, 0.5698402909980532)
@@ -70,8 +70,8 @@ def displacement(
     same_count = len(points) == len(targets)
     if correspondence == "vertex" and not same_count:
         raise FilterInputError(
-            f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertices of the same number are no "
-            "counterparts; take the correspondence 'surface'"
+            f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertex i of one is not "
+            "vertex i of the other; take the correspondence 'surface'"
         )
     alike = same_count and len(triangles) > 0 and np.array_equal(triangles, target_faces)
     if correspondence == "surface" or (correspondence == "auto" and not alike):
@@ -85,7 +85,7 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """Returns the faces of about `count` samples, ascending, and the area that each sample represents.
 
-    The number of samples on a face is in proportion to its area, at least one; so there are more than `count` on many faces.
+    The number of samples on a face is in proportion to its area, at least one; a mesh with many faces has more than `count`.
     Area-weighted means are at least as accurate as with random samples of the same number. A cloud has its vertices as samples.
     """
     if not len(faces):
@@ -143,7 +143,7 @@ class SurfaceDistance:
     at_most: float  # an upper bound of all absolute distances; at most 1 % above `largest` unless the search was too long
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
-        """Statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
+        """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
         d, weights = self.distances, self.weights
         sizes = np.abs(d)
         independent = 2.0 * math.sqrt(float((weights**2).sum()))
@@ -173,7 +173,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measures the distance of a mesh from a surface by `count` samples, at least one on each face; of a cloud by its vertices.
+    """Measures the distance of a mesh or a cloud from a surface: by `count` samples, at least one on each face, or by all points.
 
     Raises:
         FilterInputError: not a mesh.
@@ -201,7 +201,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
-    """The largest distance, its place, and an upper bound: quarters faces until no part may contain a larger distance."""
+    """Finds the largest distance, its place, and an upper bound: quarters faces until no part may have a larger distance."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
@@ -222,7 +222,7 @@ def _largest(
         beside = to.cells_of(sampled.elements[first[part]])[:, None]
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
-    largest_rest, searches_left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
+    proven_bound, searches_left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
     parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
     while len(parts.bounds) and 3 * len(parts.bounds) <= searches_left:
         searches_left -= 3 * len(parts.bounds)
@@ -234,15 +234,15 @@ def _largest(
                 largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle
             quarters, below = _above(largest * scale * _PROVEN, quarters)
             smaller.append(quarters)
-            largest_rest = max(largest_rest, below)
+            proven_bound = max(proven_bound, below)
         joined = _Parts(*(np.concatenate(values) for values in zip(*smaller, strict=True)))
         parts, below = _above(largest * scale * _PROVEN, joined)
-        largest_rest = max(largest_rest, below)
-    return largest, furthest, max(float(parts.bounds.max(initial=largest_rest)) / scale, largest)
+        proven_bound = max(proven_bound, below)
+    return largest, furthest, max(float(parts.bounds.max(initial=proven_bound)) / scale, largest)
 
 
 def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
-    """Quarters t parts: (3 t, 3) midpoints of the sides, (3 t,) their distances from the other surface, and the 4 t parts."""
+    """Returns (3 t, 3) midpoints of the sides of t parts, (3 t,) their distances from the other surface, and the 4 t quarters."""
     corners, d, _ = parts
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
     cells, at_middles = to.search(middles.reshape(-1, 3))
@@ -254,7 +254,7 @@ def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
 
 
 def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
-    """The parts with a bound above `bound`, and the largest bound of the other parts."""
+    """Returns the parts with a bound above `bound`, and the largest bound of the other parts."""
     high = parts.bounds > bound
     return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
@@ -280,7 +280,7 @@ class Alignment:
 
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
-    """Aligns a mesh or a cloud to a surface with faces by point-to-plane ICP; it may be a few degrees off at most [chen1992]."""
+    """Aligns a mesh or a cloud, at most a few degrees off, to a surface with faces by point-to-plane ICP [chen1992]."""
     middle = vertices.mean(axis=0)
     local = vertices - middle
     face_of_sample, _ = face_samples(local, faces, _ALIGNED)
@@ -316,7 +316,7 @@ class Thickness(NamedTuple):
     areas: Floats  # (k,) the area that each place represents
 
     def below(self, share: float) -> float:
-        """The quantile of the finite values, weighted by area; infinite if no value is finite."""
+        """Returns the quantile of the finite values, weighted by area; infinite if no value is finite."""
         order = np.argsort(self.values)
         reached = np.cumsum(self.areas[order]) >= share * self.areas[np.isfinite(self.values)].sum()
         return float(self.values[order][reached.argmax()])
@@ -347,12 +347,12 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
         to_place = radii[active, None] * normals[active]
         nearest = surface.nearest(places[active] - to_place, vectors=True)
         inside = nearest.distances < (1.0 - _SAME) * radii[active]
-        active, way = active[inside], to_place[inside] + nearest.vectors[inside]
-        rise = np.einsum("ij,ij->i", way, normals[active])
+        active, chord = active[inside], to_place[inside] + nearest.vectors[inside]
+        rise = np.einsum("ij,ij->i", chord, normals[active])
         opposite = np.einsum("ij,ij->i", face_normal[nearest.elements[inside]], normals[active]) <= np.cos(LEAST_ANGLE)
-        active, way, rise, opposite = (a[rise > 0.0] for a in (active, way, rise, opposite))
+        active, chord, rise, opposite = (a[rise > 0.0] for a in (active, chord, rise, opposite))
         if not len(active):
             break
-        radii[active] = np.einsum("ij,ij->i", way, way) / (2.0 * rise)
+        radii[active] = np.einsum("ij,ij->i", chord, chord) / (2.0 * rise)
         thickness[active[opposite]] = 2.0 * radii[active[opposite]]
     return Thickness(thickness, places, step * areas[::step])

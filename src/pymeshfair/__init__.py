@@ -2,7 +2,7 @@
 
 `MeshSet` replaces pymeshlab's class and has more filters. `Recipe` is a chain of filters as an object. `run` cleans a file in a
 separate process and returns a `RunResult`. Every error is a `PymeshfairError`, with the kinds in `errors`. `search` finds filters
-by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. It also has all other names of pymeshlab, so
+by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. All names of pymeshlab are here too, so
 ``import pymeshfair as ml`` can replace ``import pymeshlab as ml``. The import itself loads neither pymeshlab nor numba.
 """
 

@@ -58,7 +58,7 @@ class Recipe(FilterMethods):
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Appends a filter, by its Python name or its name in MeshLab's menus, as a step; returns {}, since nothing runs yet.
 
-        Parameters, by Python name, are values or settings of `setting`. Lengths are ``"1%"`` of the diagonal, ``"0.5edge"`` or
+        Parameters, by Python name, get values or results of `setting`. Lengths are ``"1%"`` of the diagonal, ``"0.5edge"`` or
         ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
@@ -69,7 +69,7 @@ class Recipe(FilterMethods):
         return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
-        """Tags a step, counted from 0, for ``TAG.PARAM=VALUE``; several steps may have the same tag."""
+        """Tags a step, counted from 0, so that `set` accepts ``TAG.PARAM=VALUE``; several steps may have the same tag."""
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")

@@ -48,7 +48,7 @@ class RecipeInfo:
 
     @property
     def behind(self) -> str:
-        """The recipe that is better by this measure, ``denoise`` for ``Judged: normals, after denoise``; may be empty."""
+        """The recipe that is better by `measure`: ``denoise`` for ``Judged: normals, after denoise``; may be empty."""
         match = re.search(r"\bafter (\w+)", self.judged)
         return match[1] if match else ""
 
@@ -134,7 +134,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
         return parse_recipe(read_bytes(text), text, upgrade=upgrade, path=path)
     if text in WITHDRAWN:
-        raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
+        raise UnknownNameError(f"the recipe {text!r} is no longer shipped: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
     meant = f"; did you mean {near!r}?" if near else ""
     listed = f"shipped: {', '.join(sorted(shipped))}; a script of your own is given by its path, with .mlx"

@@ -58,7 +58,7 @@ def test_tables_set_outputs_and_parameters(folder: Path) -> None:
     [
         ("", "needs a column 'input'"),
         ("name\nx\n", "needs a column 'input'; it has 'name'"),
-        ("input,ouput\nb.ply,x\n", "'ouput' is no column that is known; did you mean 'output'"),
+        ("input,ouput\nb.ply,x\n", "'ouput' is no known column; did you mean 'output'"),
         ("input,input\nb.ply,b.ply\n", "'input' is there twice"),
         ("input,output\nb.ply\n", "t.csv:2: it has 1 cells, but the table has 2 columns"),
         ("input,output\n,x.ply\n", "t.csv:2: the cell of the column input is empty"),

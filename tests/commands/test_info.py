@@ -145,7 +145,7 @@ def test_what_is_doubtful_of_a_mesh_is_a_warning(tmp_path: Path) -> None:
     path.write_text("0 0 0\n1 0 0\n0 1 0\n0 0 14", encoding="utf-8")
     done = invoke("info", path)
     assert done.exit_code == 0
-    assert "its last line has no end" in done.stderr
+    assert "its last line has no line end" in done.stderr
     assert invoke("info", SAMPLES / "bone.ply").stderr == ""
 
 

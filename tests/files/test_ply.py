@@ -331,7 +331,7 @@ def test_what_a_text_says_twice_is_refused(tmp_path: Path) -> None:
         ([Element("vertex", PLACE[:2], [[0, 0]])], "no numbers x, y and z"),
         (
             [Element("vertex", PLACE, SQUARE), Element("face", [("list uchar float", "vertex_indices")], [[[0, 1.5, 2]]])],
-            "no whole one",
+            "a number that is not whole",
         ),
     ):
         with pytest.raises(InputError, match=reason):

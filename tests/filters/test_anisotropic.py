@@ -138,7 +138,7 @@ def test_progress_is_told() -> None:
         ({"edge_stop": "l1"}, "edge_stop 'l1' is not one of 'lorentzian', 'gaussian'"),
         ({"contrast": 0.0}, "contrast 0.0 is not finite and above 0"),
         ({"step": -0.1}, "step -0.1 is not finite and above 0"),
-        ({"iterations": -1}, "iterations is -1: it is a whole number"),
+        ({"iterations": -1}, "iterations is -1: it must be a whole number"),
         ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
     ],
 )

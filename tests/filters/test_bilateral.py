@@ -267,7 +267,7 @@ def test_parameters_are_checked(apply: Filter, options: dict[str, Any], message:
 
 def test_each_filter_has_limits_of_its_own() -> None:
     """Iterations are whole, and planes predict no curve."""
-    with pytest.raises(FilterInputError, match=r"iterations is 1\.5: it is a whole number of at least 0"):
+    with pytest.raises(FilterInputError, match=r"iterations is 1\.5: it must be a whole number of at least 0"):
         bilateral_fleishman(*icosphere(1), iterations=1.5)  # type: ignore[arg-type]
     with pytest.raises(FilterInputError, match="border 'along' is not one of 'fixed', 'free'"):
         bilateral_jones(*icosphere(1), border="along")  # type: ignore[arg-type]

@@ -169,7 +169,7 @@ def test_selected_rims_may_belong_to_one_part() -> None:
         facing_rims(vertices, faces)
     band = bridge_rims(vertices, faces, *facing_rims(vertices, faces, among=on_rims))
     assert (edge_face_counts(np.concatenate([faces, band.faces]))[1] == 2).all()
-    with pytest.raises(FilterInputError, match="no two rims all of whose vertices are selected to join: 1 found"):
+    with pytest.raises(FilterInputError, match="no two rims with only selected vertices to join: 1 found"):
         facing_rims(vertices, faces, among=vertices[:, 2] == 0.0)
 
 
@@ -238,7 +238,7 @@ def test_one_part_inside_out_is_refused_and_two_right_ones_are_joined(name: str)
         assert len(np.unique(halves, axis=0)) == len(halves)  # one orientation
     for which in ("first", "second"):
         vertices, faces = turned_over(make(degrees), which)
-        with pytest.raises(FilterInputError, match=r"one of the parts is inside out, that of vertex \d+ or"):
+        with pytest.raises(FilterInputError, match=r"one of the parts is inside out, the part with vertex \d+ or"):
             bridge_rims(vertices, faces, *facing_rims(vertices, faces))
 
 

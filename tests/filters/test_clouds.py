@@ -199,7 +199,7 @@ def test_wrong_input_is_refused() -> None:
         bilateral_projection(points, normals=points[:40])
     with pytest.raises(FilterInputError, match=r"range_sigma 0\.0 is not finite and above 0"):
         bilateral_projection(points, range_sigma=0.0)
-    with pytest.raises(FilterInputError, match="degree is 3: it is a whole number from 1 to 2"):
+    with pytest.raises(FilterInputError, match="degree is 3: it must be a whole number from 1 to 2"):
         bilateral_projection(points, degree=3)
     with pytest.raises(FilterInputError, match="kernel 'box' is not one of"):
         bilateral_projection(points, space_kernel="box")  # type: ignore[arg-type]

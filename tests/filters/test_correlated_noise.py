@@ -254,8 +254,8 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     assert np.abs(moves @ direction).max() <= 0.25 + 1e-9
     assert np.abs(np.cross(moves, direction)).max() < 1e-9
     along = np.tile(direction, (len(vertices), 1))
-    assert found.left(undone, vertices, along).max() < 1e-9
-    assert found.left(vertices + direction, vertices, along) == pytest.approx(1.5, abs=1e-3)
+    assert found.distances_outside(undone, vertices, along).max() < 1e-9
+    assert found.distances_outside(vertices + direction, vertices, along) == pytest.approx(1.5, abs=1e-3)
     assert measured(undone, truth, faces)[0] < 0.2 * measured(vertices, truth, faces)[0]
     movable = vertices[:, 0] > np.median(vertices[:, 0])
     part = found.undone(vertices, faces, movable)

@@ -185,7 +185,8 @@ def test_takes_any_array_and_leaves_it_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    ("k", "message"), [(0, "k is 0: it is a whole number of at least 1"), (2.0, "written 2"), (10, "at least 11 points, got 10")]
+    ("k", "message"),
+    [(0, "k is 0: it must be a whole number of at least 1"), (2.0, "written 2"), (10, "at least 11 points, got 10")],
 )
 def test_impossible_numbers_of_neighbours(k: int, message: str) -> None:
     """Too few or too many neighbours are refused with the number and what is allowed."""

@@ -20,16 +20,16 @@ def test_whole_numbers_come_back_as_int(value: object) -> None:
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (-1, "iterations is -1: it is a whole number of at least 0"),
-        (2.5, "iterations is 2.5: it is a whole number of at least 0"),
-        (2.0, "iterations is 2.0: it is a whole number of at least 0, written 2"),
-        (np.float64(2.0), "iterations is 2.0: it is a whole number of at least 0, written 2"),
-        (math.nan, "iterations is nan: it is a whole number of at least 0"),
-        (math.inf, "iterations is inf: it is a whole number of at least 0"),
-        (True, "iterations is True: it is a whole number of at least 0"),
-        (np.True_, "iterations is True: it is a whole number of at least 0"),
-        ("3", "iterations is '3': it is a whole number of at least 0"),
-        (None, "iterations is None: it is a whole number of at least 0"),
+        (-1, "iterations is -1: it must be a whole number of at least 0"),
+        (2.5, "iterations is 2.5: it must be a whole number of at least 0"),
+        (2.0, "iterations is 2.0: it must be a whole number of at least 0, written 2"),
+        (np.float64(2.0), "iterations is 2.0: it must be a whole number of at least 0, written 2"),
+        (math.nan, "iterations is nan: it must be a whole number of at least 0"),
+        (math.inf, "iterations is inf: it must be a whole number of at least 0"),
+        (True, "iterations is True: it must be a whole number of at least 0"),
+        (np.True_, "iterations is True: it must be a whole number of at least 0"),
+        ("3", "iterations is '3': it must be a whole number of at least 0"),
+        (None, "iterations is None: it must be a whole number of at least 0"),
     ],
 )
 def test_what_is_no_whole_number_is_refused_in_the_same_words(value: object, message: str) -> None:
@@ -44,7 +44,7 @@ def test_a_range_of_whole_numbers_names_both_ends(value: object) -> None:
     """With an upper bound the message gives the range, and a note follows it."""
     with pytest.raises(FilterInputError) as error:
         check_whole_number("order", value, least=1, most=8, note="; 2 is usual")
-    assert str(error.value) == f"order is {value}: it is a whole number from 1 to 8; 2 is usual"
+    assert str(error.value) == f"order is {value}: it must be a whole number from 1 to 8; 2 is usual"
     assert [check_whole_number("order", k, least=1, most=8) for k in (1, 8)] == [1, 8]
 
 

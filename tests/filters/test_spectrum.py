@@ -147,8 +147,8 @@ def test_a_scan_falls_off() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"modes": -1}, "modes is -1: it is a whole number of at least 0"),
-        ({"steps": 0}, "steps is 0: it is a whole number of at least 1"),
+        ({"modes": -1}, "modes is -1: it must be a whole number of at least 0"),
+        ({"steps": 0}, "steps is 0: it must be a whole number of at least 1"),
         ({"operator": "uniform"}, "operator 'uniform' is not one of"),
     ],
 )

@@ -47,8 +47,8 @@ _TEXTS: tuple[tuple[str, str, str | None, tuple[int, int] | None, str | None], .
     ("short_row.xyz", "1 2 3\n4 5\n7 8 9\n", "line 2.*2 numbers", None, None),
     ("short_row.off", "OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "line 4.*2 values", None, None),
     ("colour_one_short.off", "COFF\n3 1 0\n0 0 0 9 9 9\n1 0 0 9 9\n0 1 0 9 9 9\n3 0 1 2\n", "line 4.*5 values", None, None),
-    ("cut_in_an_index.obj", _V * 5 + "f 1 2 14\nf 3 4 1", None, (15, 2), "last line has no end"),
-    ("cut_in_a_number.xyz", "1 2 3\n4 5 6\n7 8 12", None, (3, 0), "last line has no end"),
+    ("cut_in_an_index.obj", _V * 5 + "f 1 2 14\nf 3 4 1", None, (15, 2), "last line has no line end"),
+    ("cut_in_a_number.xyz", "1 2 3\n4 5 6\n7 8 12", None, (3, 0), "last line has no line end"),
     ("titles.xyz", "X Y Z\n1 2 3\n4 5 6\n7 8 8\n", None, (3, 0), None),
     ("words.xyz", "scanned by hand\n1 2 3\n4 5 6\n7 8 8\n", None, (3, 0), "titles 'scanned by hand'"),
     ("unknown_keyword.obj", _V + "fx 1 2 3\n", "line 4.*no keyword", None, None),
@@ -208,4 +208,4 @@ def documents() -> Iterator[Case]:
     yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 positions of its grids")
     yield Case("declares_more.ptx", (_PTX.replace("2\n", "20000000\n", 1) + "1 2 3 0.5\n").encode(), "declares 20,000,000 points")
     yield Case("short_row.ptx", (_PTX + "1 2 3 0.5\n4 5 6\n").encode(), "line 12.*has 3 numbers")
-    yield Case("believed.ctm", b"OCTM", "it does not check what they say")
+    yield Case("believed.ctm", b"OCTM", "it does not check their contents")

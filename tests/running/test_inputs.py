@@ -66,7 +66,7 @@ def test_an_unreadable_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "secret.ply"
     path.write_text("x")
     path.chmod(0)
-    with pytest.raises(InputError, match="want of permission"):
+    with pytest.raises(InputError, match="cannot be read without permission"):
         check_input(path)
 
 

@@ -128,7 +128,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("program", "said"),
     [
-        (GREEDY, "a tile needs more memory than there is; give it more"),
+        (GREEDY, "a tile needs more memory than the run may use; allow it more"),
         (DEADLY, "every worker that began a tile was lost (the worker process ended with status -9), perhaps for lack of memory"),
     ],
     ids=["greedy", "deadly"],

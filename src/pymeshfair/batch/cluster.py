@@ -28,8 +28,8 @@ _IDLE = 120.0
 def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path) -> Iterator[DaskWorkers]:
     """Opens the workers of a scheduler for a batch, after checking them."""
     name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-    first_scans = {scan.input.parent: scan.input for scan in reversed(scans)}
-    inputs = [*first_scans.values(), *template.others]
+    scan_of_folder = {scan.input.parent: scan.input for scan in reversed(scans)}
+    inputs = [*scan_of_folder.values(), *template.others]
     with open_client(scheduler) as client, conditions(folder, template.recipe, inputs) as worker_conditions:
         check_workers(client, worker_conditions)
         client.register_plugin(_Plugin(name, pickle.dumps(template), worker_conditions), name=name)
@@ -70,7 +70,7 @@ class DaskWorkers:
 class _Plugin(WorkerPlugin):
     """Holds the station of a worker during a batch; dask also sends it to workers that join later."""
 
-    name: str  # of the batch; the names of its tasks begin with it
+    name: str  # the name of the batch, with which the names of its tasks begin
     template: bytes  # a pickled `Job`
     worker_conditions: Conditions
     station: Station | None = None

@@ -30,7 +30,7 @@ class RequestedScan:
     """One scan as the command line names it."""
 
     input: Path  # the absolute path of the mesh file, which may not exist
-    #: the folder of the file, relative to the folder (or the fixed part of the pattern) given; None for a file given by name
+    #: the folder of the file, relative to the named folder or to the fixed part of the pattern; None for a file named directly
     folder: Path | None = None
     output: str | None = None  # from a table, relative to the folder of the batch; None if no table gives one
     overrides: tuple[str, ...] = ()  # ``STEP.PARAM=VALUE``, from the columns of a table
@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Separates scans of folders and patterns that are outputs of runs; returns the other scans, and the paths of the outputs."""
+    """Drops outputs of runs from the files of folders and patterns; returns the remaining scans, and the paths of the outputs."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
@@ -64,9 +64,9 @@ def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[
 
 
 def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
-    """Returns a short name for each scan: the fewest last parts of the path of its input that are unique.
+    """Returns a short name for each scan: the shortest unique end of its input's path.
 
-    If an input has several outputs, the name of the output follows.
+    If an input has several outputs, the output's name follows.
     """
     ends = {path: [Path(*path.parts[-k:]).as_posix() for k in range(1, len(path.parts) + 1)] for path in inputs}
     counts, uses = Counter(end for ends_of_path in ends.values() for end in ends_of_path), Counter(inputs)
@@ -153,7 +153,7 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
         if name not in allowed and "." not in name and not name.startswith("#"):
             near = nearest(name, allowed)
             raise ParameterError(
-                f"{path}:1: {name!r} is no column that is known; {f'did you mean {near!r}? ' if near else ''}"
+                f"{path}:1: {name!r} is no known column; {f'did you mean {near!r}? ' if near else ''}"
                 f"Columns are {', '.join(allowed)} and STEP.PARAM, and a column whose name begins with # is ignored"
             )
 
@@ -179,8 +179,8 @@ class Scan:
     number: int  # from 1, in the order of the batch
     input: Path
     output: Path  # the file to write
-    overrides: tuple[str, ...]  # changes of the recipe from its row of a table
-    recipe: Recipe  # with these changes
+    overrides: tuple[str, ...]  # ``STEP.PARAM=VALUE`` from the scan's row of a table
+    recipe: Recipe  # with these overrides
     label: str  # a short name, unique in the batch
 
 
@@ -232,7 +232,7 @@ def _output_name(name: str, request: RequestedScan, number: int) -> str:
     try:
         return name.format(**values)
     except (KeyError, IndexError, ValueError, AttributeError):
-        raise ParameterError(f"the name {name!r} of outputs cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
+        raise ParameterError(f"output names by {name!r} cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
 
 
 def _check_collisions(scans: Sequence[Scan]) -> None:

@@ -99,7 +99,7 @@ def picture(
 
 
 def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], float]:
-    """The middle of a close-up, and its size in mesh units."""
+    """Returns the middle of a close-up, and its size in mesh units."""
     from ..declaration import Length
     from ..errors import ParameterError
 

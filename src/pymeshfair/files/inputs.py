@@ -23,7 +23,7 @@ from .formats import READABLE, UNCHECKED, extension, listed, load_function
 
 #: the kinds of image that MeshLab reads, in Pillow's names
 IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
-#: pixels of the largest texture, 16,384 x 16,384: as pixels in memory it takes 1 GB
+#: pixels of the largest texture, 16,384 x 16,384, which take 1 GB of memory
 LARGEST_IMAGE = 1 << 28
 #: images above the first number of pixels (128 MB in memory) may have the second number of pixels per byte of their file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
@@ -53,7 +53,7 @@ class References:
         return path
 
     def find_image(self, name: str) -> Path | None:
-        """Returns the image of a name, else of its last part beside the mesh, since paths may be of another computer, or None."""
+        """Finds an image by its name, else by the last part of the name, since names may be paths of another computer."""
         last = name.replace("\\", "/").rpartition("/")[2]
         path = self.find(name) or self.find(last)
         if path is not None:
@@ -73,7 +73,7 @@ def check_regular(path: Path, mesh: Path) -> None:
         kind = "a folder" if stat.S_ISDIR(mode) else "a pipe" if stat.S_ISFIFO(mode) else "a device or a socket"
         raise InputError(mesh, f"{named or 'it '}is {kind} and no file")
     if not os.access(path, os.R_OK):
-        raise InputError(mesh, f"{named or 'it '}cannot be read for want of permission")
+        raise InputError(mesh, f"{named or 'it '}cannot be read without permission")
 
 
 def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
@@ -86,12 +86,12 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or too large a one"
+        why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or is too large"
         raise InputError(mesh, f"the texture {quoted(name)} {why}") from error
     size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
     most = min(LARGEST_IMAGE, max(_SMALL_IMAGE, _PIXELS_A_BYTE * size))
     if width * height > most:
-        why = f"has {width:,} x {height:,} pixels; in {size:,} bytes {most:,} are the most"
+        why = f"has {width:,} x {height:,} pixels; a file of {size:,} bytes may have {most:,} at most"
         raise InputError(mesh, f"the texture {quoted(name)} {why}")
 
 
@@ -101,7 +101,7 @@ def quoted(name: str, length: int = 80) -> str:
 
 
 #: the doubt about a text that ends within a line
-NO_END = "its last line has no end: if the file was cut short, so was perhaps its last number"
+NO_END = "its last line has no line end: the file, and its last number, may be cut short"
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def unended(text: bytes) -> tuple[str, ...]:
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
-MOST_TEXTURES = 1000
+MOST_TEXTURES = 1000  # of one mesh
 #: Reads a file and what it names. Raises `ContentsError` if the file is damaged or has another format, or a package is missing;
 #: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
@@ -147,7 +147,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
     if kind in UNCHECKED and unchecked is None:
         raise InputError(
             path,
-            f"only MeshLab's own reader understands .{kind} files, and it does not check what they say; "
+            f"only MeshLab's own reader understands .{kind} files, and it does not check their contents; "
             f"save it as .ply or .obj, or give --unchecked if you trust it",
         )
     try:

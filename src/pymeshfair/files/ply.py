@@ -30,12 +30,12 @@ _GROUPS = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLO
 
 @dataclass(frozen=True, eq=False)
 class PlyDocument:
-    """What the writer needs of a PLY file that was read."""
+    """The parts of a PLY file that the writer needs."""
 
     header: PlyHeader  # of the file
     tables: Mapping[str, Table]  # the rows of its elements
     data: NDArray[np.uint8]  # its bytes
-    tokens: Tokens | None = None  # of a text: the tokens behind the header
+    tokens: Tokens | None = None  # the tokens behind the header, if the file is a text
     row_of_face: Ints | None = None  # (m,) the row of ``face`` of each triangle; None if each row is a triangle
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None
@@ -74,7 +74,7 @@ def read_ply(path: Path, references: References) -> Reading:
     else:
         faces = _other_faces(tables, header, len(vertices))
         if face is not None and face.element.count:
-            doubts += (f"its {face.element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
+            doubts += (f"its {face.element.count:,} rows of 'face' have no list 'vertex_indices' and are not read",)
     row_of_face = None if isinstance(rows, slice) else rows
     wedges = attributes.get("wedge_texture_coordinates")
     document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges)
@@ -180,7 +180,7 @@ def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints,
         wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
         if wrong.any():
             k = int(np.argmax(wrong))
-            raise ContentsError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
+            raise ContentsError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0; there are {textures}")
         attributes["texture"] = numbers.astype(np.int32)[rows]
     elif pairs is not None and textures:
         attributes["texture"] = np.zeros(len(faces), np.int32)
@@ -190,7 +190,7 @@ def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints,
 def _checked(values: Array, count: int, what: str, least: int = 0) -> Longs:
     """Returns indices of vertices as integers; refuses fractions and indices out of range."""
     if values.dtype.kind == "f" and (values != np.rint(values)).any():
-        raise ContentsError(f"a {what} of it names a vertex by a number that is no whole one")
+        raise ContentsError(f"a {what} of it names a vertex by a number that is not whole")
     if values.size and not (values.min() >= least and values.max() < count):
         raise ContentsError(f"a {what} of it names a vertex that is not among its {count:,}")
     return values.astype(np.int64)
@@ -205,7 +205,7 @@ def _other_faces(tables: Mapping[str, Table], header: PlyHeader, count: int) -> 
 
 
 def _of_strips(header: PlyHeader, lists: Lists) -> Ints:
-    """Returns the triangles of strips, which -1 separates; every second triangle is reversed."""
+    """Returns the triangles of strips that are separated by -1; every second triangle of a strip is reversed."""
     values, place = lists.values, np.arange(len(lists.values))
     breaks, begins = values < 0, np.isin(place, lists.starts)
     opening = np.maximum.accumulate(np.where(breaks, place + 1, np.where(begins, place, 0)))

@@ -66,7 +66,7 @@ class PlyHeader:
 
     @property
     def byte_order(self) -> str:
-        """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
+        """The byte order of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
         return ">" if self.format == "binary_big_endian" else "<"
 
     def element(self, name: str) -> PlyElement:
@@ -75,7 +75,7 @@ class PlyHeader:
 
     @property
     def textures(self) -> tuple[str, ...]:
-        """The texture files that it names, as written there."""
+        """The texture files that the header names, as written there."""
         words = (comment.split(maxsplit=1) for comment in self.comments)
         return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
 
@@ -148,15 +148,15 @@ def _plain(type_: str) -> str:
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
     """Returns the header with these elements, and textures renamed by `textures`; all other lines stay."""
     missing = {e.name: e for e in elements}
-    left: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
+    undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     is_kept, end = True, "\n"
     lines: list[str] = []
     for raw in header.text.splitlines(keepends=True):
         new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
         words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
         if words[:1] in (["element"], ["end_header"]):
-            lines += [_declaration(p) + end for p in left.values()]
-            left, is_kept = {}, True
+            lines += [_declaration(p) + end for p in undeclared.values()]
+            undeclared, is_kept = {}, True
         match words:
             case ["end_header"]:
                 break
@@ -164,10 +164,10 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
                 element = missing.pop(name, None)
                 is_kept = element is not None
                 if element is not None:
-                    left = {p.name: p for p in element.properties}
+                    undeclared = {p.name: p for p in element.properties}
                     new = new if int(count) == element.count else f"element {name} {element.count}"
             case ["property", *types, name] if is_kept:
-                p = left.pop(name, None)
+                p = undeclared.pop(name, None)
                 same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
                 new = new if same else None if p is None else _declaration(p)
             case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
@@ -252,7 +252,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
-    """Returns the dtype of all rows of an element, if their lists are as long as in the first row, at byte `position`."""
+    """Returns the dtype of an element's rows, from byte `position`, if all its lists are as long as in the first row."""
     if not any(p.count_type for p in element.properties):
         return row_type(element, order, {})
     lengths = _walked(data, position, element, order, min(element.count, 1))[1]
@@ -269,7 +269,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         position = end
     trailing = data[position:].tobytes().strip(_PADDING)
     if trailing:
-        raise ContentsError(f"{len(trailing):,} bytes follow behind all that its header declares")
+        raise ContentsError(f"{len(trailing):,} bytes follow the last row that its header declares")
     return tables
 
 
@@ -322,11 +322,11 @@ def _walked(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
 
 @compiled
 def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
-    """Returns the length of a list in a file; -1 if it is negative or no whole number."""
+    """Reads the length of a list; returns -1 if it is negative or no whole number."""
     whole = 0
     for b in range(size):
         whole = whole * 256 + data[position + b if big else position + size - 1 - b]
-    if kind != 102:  # 102 is "f", a decimal, and 105 "i"
+    if kind != 102:  # 102 is "f" (float), and 105 is "i" (signed)
         return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
     digits = (data[position : position + size][::-1] if big else data[position : position + size]).copy()
     count = float(digits.view(np.float32)[0]) if size == 4 else float(digits.view(np.float64)[0])
@@ -335,7 +335,7 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
 
 @compiled
 def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
-    """Finds position and length of each value or list of each row; returns the end of the last row, or -1."""
+    """Finds position and length of each value or list of each row; returns the end of the last row, or -1 if a row is invalid."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1
@@ -357,51 +357,51 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
     """Reads the tables of the text behind the header, one row a line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
-    piece = tokenise(body)
-    piece = replace(piece, numbers=piece.numbers + len(header.text.splitlines()))
+    tokens = tokenise(body)
+    tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))
     if b"#" in body:
         raise ContentsError("it has comments behind its header")
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:
-        if (lines_left := len(piece.lengths) - line) < element.count:
+        if (lines_left := len(tokens.lengths) - line) < element.count:
             raise ContentsError(f"it declares {element.count:,} of {element.name!r}, but {lines_left:,} lines follow")
         lines = np.arange(line, line + element.count)
         line += element.count
-        end = header.size + int(piece.starts[line] if line < len(piece.starts) else len(body))
-        tables[element.name] = Table(element, _text_columns(piece, lines, element), (position, end), lines)
+        end = header.size + int(tokens.starts[line] if line < len(tokens.starts) else len(body))
+        tables[element.name] = Table(element, _text_columns(tokens, lines, element), (position, end), lines)
         position = end
-    if line < len(piece.lengths):
-        raise at_line(piece, line, "is one more than its header declares")
-    return tables, piece
+    if line < len(tokens.lengths):
+        raise at_line(tokens, line, "is one more than its header declares")
+    return tables, tokens
 
 
-def _text_columns(piece: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
-    at, end = piece.first[lines], piece.first[lines + 1]
-    last = max(len(piece.kinds) - 1, 0)
+def _text_columns(tokens: Tokens, lines: Longs, element: PlyElement) -> dict[str, Column]:
+    at, end = tokens.first[lines], tokens.first[lines + 1]
+    last = max(len(tokens.kinds) - 1, 0)
     columns: dict[str, Column] = {}
     for p in element.properties:
         lengths = np.ones(element.count, np.int64)
         if p.count_type:
-            declared = piece.values[np.minimum(at, last)]
+            declared = tokens.values[np.minimum(at, last)]
             wrong = (at >= end) | (declared != np.rint(declared)) | (declared < 0) | (declared > end - at)
-            wrong |= ~_fits(piece, np.minimum(at, last), p.count_type)
-            refuse(piece, lines, wrong, f"does not say how long its list {p.name!r} is")
+            wrong |= ~_fits(tokens, np.minimum(at, last), p.count_type)
+            refuse(tokens, lines, wrong, f"does not say how long its list {p.name!r} is")
             lengths = declared.astype(np.int64)
             at += 1
-        refuse(piece, lines, at + lengths > end, f"ends before its {p.name!r}")
-        tokens = indices_of_runs(at, lengths)
-        if not (fit := _fits(piece, tokens, p.type)).all():
-            refuse(piece, np.repeat(lines, lengths), ~fit, f"has a {p.name!r} that is no {p.type}")
-        values = piece.values[tokens].astype(KINDS[p.type])
+        refuse(tokens, lines, at + lengths > end, f"ends before its {p.name!r}")
+        indices = indices_of_runs(at, lengths)
+        if not (fit := _fits(tokens, indices, p.type)).all():
+            refuse(tokens, np.repeat(lines, lengths), ~fit, f"has a {p.name!r} that is no {p.type}")
+        values = tokens.values[indices].astype(KINDS[p.type])
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths
-    refuse(piece, lines, at != end, "has more than is declared")
+    refuse(tokens, lines, at != end, "has more than is declared")
     return columns
 
 
-def _fits(piece: Tokens, tokens: Longs, type_: str) -> Bools:
-    kinds, values = piece.kinds[tokens], piece.values[tokens]
+def _fits(tokens: Tokens, indices: Longs, type_: str) -> Bools:
+    kinds, values = tokens.kinds[indices], tokens.values[indices]
     if KINDS[type_][0] != "f":
         limits = np.iinfo(KINDS[type_])
         return np.asarray((kinds == INTEGER) & (values >= limits.min) & (values <= limits.max))

@@ -28,18 +28,18 @@ _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: how many numbers a PTX point has: position and intensity, or these and a colour
 _PLAIN, _COLOURED = 4, 7
-_ROUNDED = 1e-6
+_ROUNDED = 1e-6  # the largest error in the last column of a PTX matrix
 
 
 @dataclass(frozen=True, eq=False)
 class PointsDocument:
-    """What the writer needs of a text of points."""
+    """The parts of a text of points that the writer needs."""
 
     columns: tuple[str, ...]  # the attribute in each column
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
     counted: bool = False  # whether a line with the number of points precedes them
-    top: float = 255.0  # the value of full intensity, 0 if the columns are no colours
+    top: float = 255.0  # the value of full intensity in the colour columns; 0 without them
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -63,8 +63,8 @@ def read_points(path: Path, references: References) -> Reading:
             raise ContentsError(f"it declares {declared:,} points, but has {len(lines):,}")
     width = int(lengths[0]) if len(lines) else 0
     if width < 3:
-        raise ContentsError(f"its rows have {width} numbers; those of a point are 3 at least")
-    refuse(tokens, lines, lengths != width, f"has {{}} numbers, while those before it have {width}", lengths)
+        raise ContentsError(f"its rows have {width} numbers; a point has at least 3")
+    refuse(tokens, lines, lengths != width, f"has {{}} numbers, but the rows before it have {width}", lengths)
     values = numbers_of(tokens, lines, 0, width)
     whole = (tokens.kinds[tokens.first[lines][:, None] + np.arange(width)] == INTEGER).all(axis=0)
     titles_fit = len(titled) == width == len(set(titled)) and set(_PLACE) <= set(titled)
@@ -92,7 +92,7 @@ def _separator(data: bytes) -> str:
 
 
 def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
-    """Returns the line of titles, which may be a comment, their attributes, and the number of the next line."""
+    """Returns the line of titles, which may be a comment; the attributes that it names; and the number of the next line."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
     names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
@@ -107,8 +107,8 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
 def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     """Guesses the attributes of untitled columns from their number and the ranges of their values."""
     width = values.shape[1]
-    three = slice(4, 7) if width == 7 else slice(3, 6)
-    are_levels = width > 5 and whole[three].all() and values[:, three].min() >= 0 and values[:, three].max() <= 255
+    rgb = slice(4, 7) if width == 7 else slice(3, 6)
+    are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
     if width == 6:
         return (*_PLACE, *(_COLOR if are_levels and values[:, 3:].max() > 1 else _NORMAL))
     if width == 7 and not are_levels:
@@ -121,24 +121,24 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
 
 
 def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
-    place = {name: k for k, name in enumerate(columns)}
-    three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
+    column = {name: k for k, name in enumerate(columns)}
+    vectors = {names: values[:, [column[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
     attributes: dict[str, Array] = {}
-    if _NORMAL in three:
-        attributes["normals"] = three[_NORMAL]
+    if _NORMAL in vectors:
+        attributes["normals"] = vectors[_NORMAL]
     top = 0.0
-    if _COLOR in three and three[_COLOR].min() >= 0 and three[_COLOR].max() <= 255:
-        levels = whole[[place[n] for n in _COLOR]].all()
-        top = 255.0 if levels else 1.0 if three[_COLOR].max() <= 1 else 0.0
+    if _COLOR in vectors and vectors[_COLOR].min() >= 0 and vectors[_COLOR].max() <= 255:
+        levels = whole[[column[n] for n in _COLOR]].all()
+        top = 255.0 if levels else 1.0 if vectors[_COLOR].max() <= 1 else 0.0
     if top:
         colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
-        colors[:, :3] = np.rint(three[_COLOR] * (255 / top))
-    standard = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
-    for name, k in place.items():
+        colors[:, :3] = np.rint(vectors[_COLOR] * (255 / top))
+    standard = {*_PLACE, *(_NORMAL if _NORMAL in vectors else ()), *(_COLOR if top else ())}
+    for name, k in column.items():
         if name not in standard:
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
-    return three[_PLACE], attributes, top
+    return vectors[_PLACE], attributes, top
 
 
 def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
@@ -148,7 +148,7 @@ def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
         raise ContentsError(f"it declares {count:,} points of {row_size:,} bytes, but {size:,} bytes follow")
     row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
     if "position" not in sizes or row.itemsize != row_size:
-        raise ContentsError("it is a point set of Expe of a kind that is not known")
+        raise ContentsError("it is a point set of Expe of an unknown kind")
     points = np.frombuffer(data, row, count, head.end())
     kinds = (("normal", "normals", np.float64), ("radius", "radii", np.float64), ("color", "colors", np.uint8))
     attributes = {name: points[key].astype(kind) for key, name, kind in kinds if key in sizes}
@@ -162,7 +162,7 @@ def read_ptx(path: Path, references: References) -> Reading:
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
     if b"#" in data:
-        raise ContentsError("it has comments, which the format does not know")
+        raise ContentsError("it has comments, which the format does not allow")
     tokens = tokenise(data)
     grids, places, line = [], [], 0
     while line < len(tokens.numbers):
@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes vertices in the columns of their source text; else with normals, or in .pts with intensity and colours."""
+    """Writes vertices in the columns of the text they came from; others with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

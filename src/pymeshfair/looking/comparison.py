@@ -1,6 +1,6 @@
 """Compares two meshes: distances between the surfaces, changes of shape and faces, and attributes kept, lost and gained.
 
-There are two quantities: the distance between the surfaces, and the displacement of vertices, if both meshes have the same.
+Two lengths are measured: the distance between the surfaces, and the displacement of vertices if both meshes have the same faces.
 """
 
 import io
@@ -38,9 +38,9 @@ MOST_OF_NOISE = 100_000
 #: cells of the grid that divides a large mesh, along the longest side of its box
 _CELLS = 8
 
-#: in mean edges of the first mesh: the distance from the other surface above which area counts as added or removed
+#: the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
 _APART = 1.0
-#: relative to the largest coordinate: the distance up to which points coincide
+#: the distance up to which points coincide, relative to the largest coordinate
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
 
@@ -49,9 +49,9 @@ class MeshState:
     """One mesh and its measures."""
 
     mesh: MeshData
-    #: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the border loops
-    #: that are not the outer border of a sheet; ``self_intersecting_faces``, None if not searched; ``noise``, the standard
-    #: deviation along the normals in mesh units, None for a cloud, of `part_for_noise`; ``sharp_edge_length``
+    #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and ``border_loops``; ``holes``: border
+    #: loops that are not the outer border of a sheet; ``self_intersecting_faces``: None if not searched; ``noise``: the standard
+    #: deviation along the normals of `part_for_noise` in mesh units, None for a cloud; ``sharp_edge_length``
     measures: dict[str, Any]
     sharp: SharpEdges  # the sharp edges
 
@@ -117,7 +117,7 @@ class LengthIn:
 
     mesh_units: float  # the unit of the coordinates
     mean_edges: float | None  # in mean edges of the first mesh; None if it has no edges
-    percent_of_diagonal: float | None  # of its bounding box; None if the diagonal is 0
+    percent_of_diagonal: float | None  # of the first mesh's bounding box; None if the diagonal is 0
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Moved:
 class Deviation:
     """Distances of one surface from the other: at samples of its faces, weighted by area, or at the points of a cloud.
 
-    Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of as many random samples.
+    Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of random samples.
     """
 
     samples: int  # the number of samples
@@ -165,15 +165,15 @@ class Comparison:
     before_from_after: Deviation  # distances of the first surface from the second
     hausdorff: LengthIn  # the larger of the two largest distances
     hausdorff_at_most: LengthIn  # an upper bound of the Hausdorff distance
-    rounding: float  # the distance up to which points coincide, for the size of these coordinates
+    rounding: float  # the distance up to which points with coordinates of this size coincide
     same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
-    displacement: Moved | None  # None unless both meshes have the same number of vertices, and the same faces
+    displacement: Moved | None  # None unless both meshes have the same number of vertices and the same faces
     area_change: float | None  # in percent; None if the first has no area
     volume_change: float | None  # in percent; None unless both have a volume and the first is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
-    sharp_edges_kept: float | None  # the share of the length of sharp edges that are within a mean edge of one of `after`
+    sharp_edges_kept: float | None  # the share of the first's sharp edges, by length, within a mean edge of the second's
     added_area: float | None  # of the second mesh, further than a mean edge from the first
     removed_area: float | None  # of the first mesh, further than a mean edge from the second
     attributes_kept: tuple[str, ...]  # attributes of both meshes
@@ -185,7 +185,7 @@ class Comparison:
     sharp_angle: float = SHARP  # the least dihedral angle of a sharp edge, in degrees
 
 
-#: the lengths of `Deviation` that the statistics of distances have under the same names
+#: the lengths that `Deviation` and `DistanceStatistics` have under the same names
 _LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
 
 

@@ -22,7 +22,7 @@ from ..mesh_data.mesh_data import read_pixels, sampled
 SUPERSAMPLING = 2
 #: the colour of a mesh without colours
 CLAY = np.array([0.72, 0.745, 0.78])
-#: is mixed with the colours of the inner side of a surface, to mark it
+#: the colour that is mixed into the inner side of a surface, to mark it
 _INSIDE = np.array([0.55, 0.36, 0.30])
 _BACKGROUND = 1.0
 #: the direction to the light, at the upper left behind the eye, in camera coordinates
@@ -31,12 +31,12 @@ _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of a dot of a cloud
 _DOT = 1.1
-#: the most dots of an edge, which may reach far beyond a close-up
+#: the most dots that draw an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
 
 #: shares of ambient, diffuse and specular light, for clay
 _CLAY_LIGHT = (0.20, 0.85, 0.32)
-#: the same for other colours, which must stay near those of the colour bar
+#: the same shares for other colours, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 
@@ -145,14 +145,14 @@ def _shade_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffe
 def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
     """Returns (k, 3) shaded colours; `shares` are the shares of ambient, diffuse and specular light.
 
-    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` are the
-    rows of the normals of the colours.
+    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` has for
+    each colour the row of its normal.
     """
     inside = normals[:, 2:] < 0.0
     facing = np.where(inside, -normals, normals)
-    half = _LIGHT + np.array([0.0, 0.0, 1.0])
-    half /= math.sqrt(float(half @ half))
-    diffuse, shine = np.clip(facing @ _LIGHT, 0.0, 1.0)[:, None], np.clip(facing @ half, 0.0, 1.0)[:, None] ** _SHININESS
+    halfway = _LIGHT + np.array([0.0, 0.0, 1.0])
+    halfway /= math.sqrt(float(halfway @ halfway))
+    diffuse, shine = np.clip(facing @ _LIGHT, 0.0, 1.0)[:, None], np.clip(facing @ halfway, 0.0, 1.0)[:, None] ** _SHININESS
     colors = np.where(inside[rows], 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
     ambient, scattered, specular = shares
     return np.asarray((ambient + scattered * diffuse[rows]) * colors + specular * shine[rows] * (1.0 - 0.5 * colors))

@@ -70,7 +70,7 @@ class _LateMethod:
 def _add_plugin_methods() -> None:
     for declared in registry.custom_filters():
         name = declared.python_name
-        # Another method of pymeshlab may have the name: it stays.
+        # If pymeshlab has another method of this name, that method stays.
         if not hasattr(BASE, name) and name not in vars(FilterMethods):
             setattr(FilterMethods, name, _LateMethod(name))
 

@@ -3641,10 +3641,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
-        The spacing of the cloud is the median, over its points, of the mean distance to their six nearest neighbours; in sparse
-        parts it is two thirds of this mean distance there. The selection of vertices is replaced. Notes report three shares:
-        the area with selected vertices, the other area beyond half the distance, and the points without unselected surface
-        within the distance. Returns the number of selected vertices.
+        The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse
+        parts it is two thirds of the median of the points around. The selection of vertices is replaced. Notes report three
+        shares: of the area with selected vertices, of the other area farther than half the limit, and of the points that have
+        no unselected surface within the limit. Returns the number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the measured points. Takes the id of a layer (a whole number).
@@ -3723,9 +3723,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
-        LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of the
-        neighbours to theirs, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the
-        vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the
+        LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of these
+        neighbours to their own, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes
+        the vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the
         number of selected vertices, the largest and the mean probability.
 
         Args:

@@ -64,7 +64,7 @@ def comparison_page(
     planes: Sequence[Plane] = (),
     unit: str | None = None,
 ) -> bytes:
-    """The report as the bytes of an HTML file.
+    """Returns the report as the bytes of an HTML file.
 
     `numbers` is the document that the command prints with ``--json``. After a run, `run` is its record, and `provenance` the text
     of this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
@@ -104,7 +104,7 @@ def comparison_page(
 
 
 def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """The verdict on the distance of the surfaces, given the tolerance; after a run its main sentence is on the run's changes."""
+    """Returns the verdict on the distance of the surfaces; with the `change` by a run its main sentence is about this change."""
     text = verdict_text(comparison, unit)
     flipped = comparison.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
@@ -116,15 +116,15 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
-    """The report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
+    """Returns the report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
     compared = compare(state_of(input), state_of(output))
-    comparison = replace(compared.comparison, displacement=None)  # the record has it, without the rounding of the file
+    comparison = replace(compared.comparison, displacement=None)  # exact in the record, rounded in the file
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
     paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
     names = {key: path.name for key, path in paths.items()}
     provenance = json.dumps(record, indent=2, ensure_ascii=False)
     for folder in (*(path.parent for path in paths.values()), Path.cwd()):
-        # Readers of the page do not need the folders of this machine.
+        # The page does not show the folders of this machine.
         provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
     return comparison_page(
         replace(compared, comparison=comparison),
@@ -201,7 +201,7 @@ def _decimation(mesh: Shown) -> str:
 
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
-    """Pictures of both meshes from the front, and of the distances from six sides, with a colour bar."""
+    """Draws both meshes from the front, and the distances from six sides, with a colour bar."""
     unit_name, tolerance = unit or "mesh units", compared.tolerance
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)

@@ -1,1 +1,1 @@
-"""A run: one mesh file through one recipe, in a worker process of its own, with a record of everything that it did."""
+"""A run: applies one recipe to one mesh file in its own worker process, and records every step."""

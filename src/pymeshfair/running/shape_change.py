@@ -1,4 +1,4 @@
-"""The change of a mesh by a run: origins of the elements, displacement, additions, removals, dimensions, and a map of these."""
+"""The change of a mesh by a run: origins of the elements, displacement, additions, removals, dimensions, and a coloured map."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Origins:
 
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
-    """The origins of a result's elements in the mesh that was read."""
+    """Finds the origins of a result's elements in the mesh that was read."""
     same_source = result.source is not None and result.source is before.source
     vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), same_source)
     faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)
@@ -87,7 +87,7 @@ def find_origins(result: MeshData, before: MeshData) -> Origins:
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
-    """(count,) each element's number in the mesh that was read, found by its id in the file; -1 without one, or other files."""
+    """(count,) each element's number in the mesh that was read, found by its id; -1 without an id, or if the files differ."""
     if not same:
         return np.full(count, -1)
     if before is None:
@@ -135,7 +135,7 @@ class Part:
     share: float | None  # its share of the input's area; None if the input has no area
     pieces: int  # the number of connected pieces of the faces
     loose: int  # the number of pieces that share no vertex with the remaining faces
-    rims: int  # the number of other pieces that reach the border of their mesh
+    rims: int  # the number of pieces that share a vertex with those faces and reach the border of their mesh
     largest: tuple[Piece, ...] = ()  # up to twenty pieces, the largest area first
 
 
@@ -155,7 +155,7 @@ class ShapeChange:
     #: the relative change of each side of the bounding box; None where the side was 0. It is the box of the vertices of faces, or
     #: of all vertices if there are no faces.
     sides: Sides
-    #: the same without the noise at the ends; None unless a side changed much and both meshes have the same faces
+    #: the same changes without the noise at the ends; None unless a side changed much and both meshes have the same faces
     sides_without_noise: Sides | None
     area: float | None  # the relative change of the area; None if the input has no area
     volume: float | None  # the relative change of the volume; None unless both meshes are closed
@@ -172,7 +172,7 @@ class ShapeChange:
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """The change of shape between two meshes; all tables, documents, limits, maps and reports use this result."""
+    """Measures the change of shape between two meshes; all tables, documents, limits, maps and reports use this result."""
     first, second = measured
     before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
     old, new = (_box(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
@@ -205,7 +205,7 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
 
 
 def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
-    """The relief that is lost, and the share of sharp edges that is kept, on the faces whose vertices were followed."""
+    """Returns the relief that is lost, and the share of sharp edges that is kept, on the faces whose vertices were followed."""
     # Imported here, as they load half of all filters, and a batch without measures does not need them.
     from ..filters.denoising import Scan
     from ..filters.diffusion import relief_lost
@@ -226,13 +226,13 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
 def warnings_of(
     change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str], *, keeps_relief: bool = False
 ) -> Iterator[str]:
-    """Warnings about a change of shape, with advice; on dimensions and moves only if no elements were added or removed."""
+    """Yields warnings about a change of shape, with advice; on dimensions and moves only if no element was added or removed."""
     growth = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and growth > LARGEST_ADDED:
         yield (
             f"new surface was added without measurements, {growth:.0%} of the scanned area: look at it"
             if change.moved.same
-            else f"the new surface has {growth:.0%} more area than the scan, which was not measured: look at it; if it went "
+            else f"the new surface has {growth:.0%} more area than the scan, all of it unmeasured: look at it; if it went "
             "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
         )
     moved = None if change.turned is None else change.moved
@@ -268,7 +268,7 @@ def warnings_of(
 
 
 def milder(steps: Sequence[Step]) -> str:
-    """Advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
+    """Returns advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
@@ -370,9 +370,9 @@ COLORS: NDArray[np.uint8] = np.array(
 
 
 def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
-    """Write the two files of a map into a staging folder; the second holds the removed elements, if there are any.
+    """Writes the two files of a map into a staging folder; the second holds the removed elements, if there are any.
 
-    A vertex is kept if it moved by at most the tolerance (in mesh units). A face is kept if the input has it, with kept vertices.
+    A vertex is kept if it moved by at most the tolerance (in mesh units), a face if the input has it and its vertices are kept.
     """
     staged = []
     for number, (mesh, target) in enumerate(zip((_map(origins, tolerance), _removed(origins)), targets, strict=True)):

@@ -2,7 +2,7 @@
 
 The temporary files of a run are in a folder, with a journal of finished tasks. The same run has the same tasks in the same order,
 so a resumed run takes the results of finished tasks from the journal, and finds their files in the folder. It repeats tasks that
-had begun.
+had begun but not finished.
 """
 
 import contextlib
@@ -52,7 +52,7 @@ class WorkFolder:
 
 
 def work_path(output: Path) -> Path:
-    """Returns the path of the hidden folder for a run to an output, beside it."""
+    """Returns the path of the hidden folder for a run, beside its output."""
     return output.with_name(WORK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
 
 
@@ -89,7 +89,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the end of its last whole record in bytes (0 if it is not used), and why it is not."""
+    """Returns the results of a former run, the end of its last whole record in bytes (0: not used), and why it is not used."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
@@ -119,7 +119,7 @@ class Tasks:
     """Does tasks on workers, and returns the results in the order of the tasks."""
 
     submit: Callable[..., Future[Answer]]  # does a task with its arguments on any worker
-    items: Items  # of `pymeshfair.running.supervise.Interrupts`
+    items: Items  # the queue of signals from `pymeshfair.running.supervise.Interrupts`, and of finished tasks
     timeout: float = math.inf  # seconds from now for all tasks together
     check: Callable[[], None] = lambda: None  # called about twice a second; may raise to stop
     work: WorkFolder | None = None  # the folder of the temporary files
@@ -141,10 +141,10 @@ class Tasks:
         *,
         again: bool = False,
     ) -> list[Any]:
-        """Calls a task with each of some arguments: a function of a module, or a method of an object that can be pickled.
+        """Calls `task`, a function of a module or a method of an object that can be pickled, with each tuple of arguments.
 
         The task may be repeated after its worker, or the whole run, was killed in the middle of it; its result must be the same.
-        With `again` a resumed run repeats it in any case, since its files are not in the folder of temporary files.
+        With `again` a resumed run repeats the task in any case, since its files are not in the folder of temporary files.
         """
         call, self._calls = self._calls, self._calls + 1
         former = {} if self.work is None or again else self.work.results
@@ -187,7 +187,7 @@ class Tasks:
             case None:
                 return done.result
             case MemoryError():
-                raise TileError("a tile needs more memory than there is; give it more")
+                raise TileError("a tile needs more memory than the run may use; allow it more")
             case DefectError():
                 raise TileError(f"a worker failed, which is a defect of pymeshfair; please report it:\n{done.details}")
         raise done.error

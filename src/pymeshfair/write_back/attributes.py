@@ -1,7 +1,7 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
 pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
-helper attributes. After that they are overwritten through the vertex normals, which is slower. Vertex i moves to (i, 0, 0). A
+helper attributes. After that these are overwritten through the vertex normals, which is slower: vertex i moves to (i, 0, 0). A
 helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
 and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
@@ -121,7 +121,7 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
 
 
 def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
-    """Yields for each round the face that each vertex carries, -1 for none, until a corner has carried every face."""
+    """Yields for each round the face that each vertex carries, -1 for none, until each face was carried by one of its corners."""
     waiting: NDArray[np.intp] = np.arange(len(faces))
     while len(waiting):
         carried = np.full(vertices, -1, dtype=np.intp)
@@ -211,8 +211,8 @@ def check_names(bench: Workbench, mesh: Any) -> None:
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             raise MeshError(
                 f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
-                "MeshLab computes with names of the letters a to z, digits and _, no digit first, that are no words of its "
-                "expressions; save the mesh without it, or give it another name"
+                "MeshLab computes with names of the letters a to z, digits and _ that do not begin with a digit, and are "
+                "no words of its expressions; save the mesh without the attribute, or rename the attribute"
             )
 
 
@@ -221,8 +221,8 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
 
     The layer has passed `check_names`.
     """
-    for of, name, values in list(custom_attributes(bench, mesh)):
-        if of != element or not values[kept:].any():
+    for kind, name, values in list(custom_attributes(bench, mesh)):
+        if kind != element or not values[kept:].any():
             continue
         if values.ndim == 1:
             _compute(bench, element, {name: f"{'vi' if element == 'vertex' else 'fi'}<{kept}?{name}:0"})

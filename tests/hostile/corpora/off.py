@@ -64,7 +64,7 @@ ROWS = (
         (
             12,
             1,
-            "its last line has no end: if the file was cut short, so was perhaps its last number",
+            "its last line has no line end: the file, and its last number, may be cut short",
         ),
     ),
     ("empty_mesh.off", "OFF\n0 0 0\n", "no vertex could be read from it"),

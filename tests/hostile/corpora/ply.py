@@ -46,12 +46,12 @@ ROWS = (
     (
         "cut_index.ply",
         H + V.replace("4", "12") + F.replace("face 4", "face 1") + VR * 3 + "3 0 2 1",
-        (12, 1, "{}: its last line has no end: if the file was cut short, so was perhaps its last number"),
+        (12, 1, "{}: its last line has no line end: the file, and its last number, may be cut short"),
     ),
     (
         "noend.ply",
         (H + V + F + VR + FR)[:-1],
-        (4, 4, "{}: its last line has no end: if the file was cut short, so was perhaps its last number"),
+        (4, 4, "{}: its last line has no line end: the file, and its last number, may be cut short"),
     ),
     ("float_idx.ply", H + V + F.replace("uchar int", "uchar float") + VR + FR, (4, 4)),
     (
@@ -284,7 +284,7 @@ ROWS = (
         + F.replace("end_header", "property list uchar float texcoord\nproperty int texnumber\nend_header")
         + VR
         + FR.replace("\n", " 6 0 0 1 0 0 1 99\n"),
-        "its face 1 has the texture 99, counted from 0, of 1",
+        "its face 1 has the texture 99, counted from 0; there are 1",
     ),
     (
         "texcoord_short.ply",
