@@ -52,9 +52,9 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
+#: contents that a new text keeps; contents that it does not have: whole lines, and parts of lines
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: other contents that a new text does not have
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")

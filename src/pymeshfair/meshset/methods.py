@@ -166,7 +166,7 @@ def _described(parameter: Parameter) -> str:
     if not isinstance(parameter, Bool | Enum):  # their type shows the allowed values
         sentences.append(f"Takes {parameter.describe_allowed()}.")
     if parameter.default is None and not parameter.help:
-        sentences.append("If it is left out, MeshLab chooses a value for the mesh.")
+        sentences.append("By default MeshLab chooses it for the mesh.")
     return _indented(f"{parameter.name}: {' '.join(sentences)}", 4, 8)
 
 
