@@ -22,7 +22,7 @@ _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-_DELETED = "by its version, MeshLab deleted the input, the result or both; now it deletes nothing, and the result is current"
+_DELETED = "by its version, MeshLab deleted the input, the result or both; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that had closed the holes; now on the whole mesh"
 
