@@ -1,4 +1,4 @@
-"""Smooths polylines by explicit, Taubin or implicit steps; the implicit ones eliminate along chains."""
+"""Smooths polylines by explicit, Taubin or implicit steps; elimination along unbranched chains solves the implicit steps."""
 
 from __future__ import annotations
 
@@ -21,13 +21,12 @@ from .topology import OneRings, one_rings
 
 __all__ = ["CurveBorder", "CurveMethod", "CurveWeights", "curve_smoothing"]
 
-
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 #: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, so that open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-# In a box of size 1 smaller detail sizes smooth nothing, and larger ones smooth everything. The squares of both are finite.
+# Limits of the detail size on a mesh of size 1: a smaller one smooths nothing, a larger one everything. Their squares are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -52,19 +51,19 @@ def curve_smoothing(
     Each iteration maps p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"). It
     multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the modes
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
-    So the curve shrinks towards its centroid, in the end by the factors of m = 1; Taubin steps keep its size.
+    So the curve shrinks towards its centroid; its last shape consists of the waves with m = 1. Taubin steps keep its size.
 
     A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves to their weighted
-    mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of one with
-    a millionth of the mean length.
+    mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of an
+    edge with a millionth of the mean length.
 
     Args:
-        vertices: (n, 3) coordinates. A coordinate that is the same for all vertices stays so, to the bit.
+        vertices: (n, 3) coordinates. A coordinate that is equal at all vertices keeps every bit.
         edges: (e, 2) pairs of vertices, in any order and direction.
         method: the kind of step, see above. "implicit" smooths strongly in one step.
-        weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" keeps a straight line, however
-            unevenly it is sampled, and hardly moves apart vertices that are very near each other, unless a detail size is given.
-            Its weights are updated in each step, but with "implicit" they come from the input.
+        weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
+            straight line, however uneven their distances; without a detail size it hardly separates vertices that are very near
+            each other. Its weights are updated in each step, but with "implicit" they come from the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
@@ -72,15 +71,15 @@ def curve_smoothing(
         detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, whose amplitude
             all iterations together halve. L is then the second derivative by arc length; the mass of a vertex is half the length
             of its edges, and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
-        iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they cut off more sharply.
+        iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they make the cut-off sharper.
         border: policy for the ends of open curves, the vertices with one neighbour; see `CurveBorder`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called after every step; may raise to stop.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: without edges, not `movable`, or fixed ends. "implicit" solves
-        to rounding where no moving vertex has more than two moving neighbours, and on branching curves to 1e-10 of the
-        bounding-box diagonal. Deterministic, for any number of threads.
+        (n, 3) float64. Vertices that do not move keep every bit: without edges, not `movable`, or fixed ends. "implicit" is
+        exact to rounding on curves where no moving vertex has more than two moving neighbours, and to 1e-10 of the bounding-box
+        diagonal on branching curves. Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh of edges, or a parameter that is out of range, missing or does not fit the others.
@@ -150,17 +149,18 @@ def _time_and_operator(
 def implicit_curve_steps(
     start: Floats, laplacian: Laplacian, rings: OneRings, time: float, count: int, moves: Bools, progress: Progress
 ) -> Floats:
-    """Returns (n, 3) the vertices after `count` steps (M - t C) d = t C p for the displacement d; t has the inverse unit of L.
+    """Returns (n, 3) the vertices after `count` steps, each of which solves (M - t C) d = t C p for the displacement d.
 
-    Chains without branches are solved by elimination. M - t C is a network of conductances: t w_ij between neighbours, M_i from
-    each vertex to the ground. Eliminating a vertex of a chain leaves such a network again. Its conductances are sums, products
-    and quotients of positive numbers, so each is exact to rounding for any t and any length of the chain. In a chain without
-    fixed neighbour all currents sum to 0, so the current at the last vertex is minus the sum of the others.
+    L = M^-1 C with masses M and the stiffness matrix C; t has the inverse unit of L. Elimination solves chains without branches:
+    M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
+    of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
+    to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents of the chain
+    sum to 0, so the current at the last vertex is minus the sum of the others.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
     chains, t, stiffness = trace_chains(rings, moves & ~branched), min(time, LONGEST_STEP), laplacian.stiffness
-    # The division by 1 + t keeps all conductances finite. A stiffness matrix is negative on its diagonal only.
+    # The division by 1 + t keeps all conductances finite. Entries of C off the diagonal are not negative.
     conductances = CompressedRows(stiffness.indptr, stiffness.indices, stiffness.data * (t / (1.0 + t)))
     shares = np.zeros((4, len(chains.order)))
     _eliminate(conductances, laplacian.mass / (1.0 + t), chains, shares)
@@ -190,8 +190,8 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
     """Eliminates the vertices in `Chains.order`; fills four rows of `shares` for each eliminated vertex.
 
-    These are the shares of its current to the next vertex, to the first vertex of a ring and to the ground, and its resistance, 1
-    over the sum of its conductances. The root is eliminated last: the first vertex of a ring, the last of a chain with ends.
+    Three rows are the shares of its current that go to the next vertex, to the first vertex of a ring and to the ground; the last
+    is its resistance, 1 over the sum of its conductances. The root, the first vertex of a ring or last of a chain, comes last.
     """
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
@@ -247,7 +247,7 @@ def _weight(network: CompressedRows, i: int, j: int) -> float:
 
 @compiled
 def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares: Floats, moved: Floats) -> None:
-    """Passes currents forwards, then potentials backwards; `moved` has the currents first and the potentials in the end."""
+    """Passes currents forwards, then potentials backwards; `moved` gets the currents, then the potentials (the displacements)."""
     offsets, columns, weights = network
     order, starts, closed, floating = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]

@@ -63,8 +63,8 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
 
     Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose 98 %
-    of the vertices. On borders the curvature is 0, and the deficit is the turn of the border. Returns the limits, the lowest,
-    the highest and the mean value, and the sum.
+    of the vertices. On borders the curvature is 0, and the deficit is the angle by which the border turns. Returns the
+    limits, the lowest, the highest and the mean value, and the sum.
 
     Args:
         measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in radians.

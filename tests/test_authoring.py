@@ -76,9 +76,9 @@ def test_wrong_steps_are_refused_when_they_are_added() -> None:
         recipe.meshing_merge_close_vertices(threshold=recipe.setting("size", "1%"))
     with pytest.raises(ParameterError, match="'x >' is no expression that MeshLab can evaluate: it knows"):
         recipe.compute_selection_by_condition_per_vertex(condselect="x >")
-    with pytest.raises(ParameterError, match="takes letters"):
+    with pytest.raises(ParameterError, match="must consist of letters"):
         recipe.setting("a b", "1%")
-    with pytest.raises(ParameterError, match="takes letters"):
+    with pytest.raises(ParameterError, match="must consist of letters"):
         recipe.tag("a.b")
     with pytest.raises(ParameterError, match="there is no step 3; the recipe has 3"):
         recipe.tag("third", step=3)

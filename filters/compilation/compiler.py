@@ -1,7 +1,7 @@
 """The compiler process: the only process that imports numba.
 
-So a process that computes starts fast, and numba's settings for the processor do not affect other code of the program. The
-compiler process starts with the first kernel that is not stored, compiles one kernel after the other, and ends with its parent.
+All other processes start fast without numba, and numba's settings for the processor affect only the compiler process. It starts
+with the first kernel that is not stored, compiles one kernel after the other, and ends with its parent process.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
 #: Environment variables of the compiler process, on which the machine code depends; the user's numba settings have no effect.
-#: SLP vectorises the three coordinates of a point: a step of 10,000 vertices takes 0.7 of the time.
+#: SLP vectorises the three coordinates of a point, which shortens a smoothing step of 10,000 vertices by 30 %.
 SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -82,28 +82,28 @@ class Compiler:
         process.stdin.flush()
 
 
-def numba_type(written: ArgumentType) -> Any:
+def numba_type(argument_type: ArgumentType) -> Any:
     """Returns the numba type of a `pymeshfair.filters.compilation.kernel.ArgumentType`."""
     types: Any = importlib.import_module("numba").types
-    if isinstance(written, tuple):
-        if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
-            module, _, name = written[0].partition(":")
+    if isinstance(argument_type, tuple):
+        if len(argument_type) == 2 and isinstance(argument_type[0], str) and ":" in argument_type[0]:
+            module, _, name = argument_type[0].partition(":")
             kind = attrgetter(name)(importlib.import_module(module))
-            return types.BaseTuple.from_types([numba_type(part) for part in written[1]], kind)
-        return types.BaseTuple.from_types([numba_type(part) for part in written])
-    name, *layout = written.split()
-    plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
-    return types.Array(plain, int(layout[0]), layout[1], readonly="readonly" in layout) if layout else plain
+            return types.BaseTuple.from_types([numba_type(part) for part in argument_type[1]], kind)
+        return types.BaseTuple.from_types([numba_type(part) for part in argument_type])
+    name, *layout = argument_type.split()
+    scalar = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
+    return types.Array(scalar, int(layout[0]), layout[1], readonly="readonly" in layout) if layout else scalar
 
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
     """Compiles a kernel with numba; runs in the compiler process."""
     dispatcher = kernel.dispatcher
-    arguments: Any = tuple(numba_type(written) for written in signature)
+    arguments: Any = tuple(numba_type(argument_type) for argument_type in signature)
     dispatcher.compile(arguments)
     result = dispatcher.overloads[arguments]
     if result.library.has_dynamic_globals:
-        raise CompilationError("it holds addresses of this process")
+        raise CompilationError("its machine code holds addresses of the compiler process, so no other process can load it")
     _, _, (object_code, _) = result.library.serialize_using_object_code()
     constants = tuple(result.environment.consts)
     return MachineCode(object_code, result.fndesc.llvm_cpython_wrapper_name, result.fndesc.env_name, constants)

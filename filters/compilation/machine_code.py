@@ -1,9 +1,9 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
 Installed code lies beside this module, other code in the user's cache folder; the file name has a hash of all that the code
-depends on. Machine code calls C functions of numba's extension modules. This module loads these by their paths, and llvmlite
-links the code with them. A test compares this way of loading with numba's. Parallel kernels use OpenMP threads through numba's
-module; without OpenMP they use numba's own threads.
+depends on. Machine code calls C functions of numba's extension modules. This module loads the extension modules by their paths,
+and llvmlite links the code with their functions. A test compares this way of loading with numba's. Parallel kernels use OpenMP
+threads through an extension module of numba; without OpenMP they use numba's own threads.
 """
 
 import builtins
@@ -67,14 +67,14 @@ def processor() -> str:
 
 
 @cache
-def made_here() -> str:
+def platform_name() -> str:
     """The folder name for this machine: the versions of Python, numba and llvmlite, the system and the processor."""
     numba, llvmlite = (importlib.metadata.version(name) for name in ("numba", "llvmlite"))
     return f"{sys.implementation.cache_tag}-numba{numba}-llvmlite{llvmlite}-{sys.platform}-{platform.machine()}-{processor()}"
 
 
-def lasts() -> bool:
-    """Whether the user's folder is writable, so that later processes find the code that this one compiles."""
+def users_folder_is_writable() -> bool:
+    """Whether the user's folder is writable, so that later processes find the code that this process compiles."""
     folder = users_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -106,21 +106,21 @@ class Stored(NamedTuple):
 def stored() -> Stored:
     """Counts the stored kernels."""
     folder = users_folder()
-    installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
-    return Stored(installed, kept, folder, lasts())
+    installed, kept = (sum(1 for _ in (place / platform_name()).glob("*")) for place in (INSTALLED, folder))
+    return Stored(installed, kept, folder, users_folder_is_writable())
 
 
 def read(name: str) -> MachineCode | None:
     """Returns the code stored under a name, or None."""
     for place in (INSTALLED, users_folder()):
-        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # after a full or failing disk
-            return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))
+        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # of a cut-off or damaged file
+            return MachineCode(*pickle.loads((place / platform_name() / name).read_bytes()))
     return None
 
 
 def write(name: str, code: MachineCode) -> None:
     """Stores code under a name; atomically, since several processes may write the same file."""
-    place = users_folder() / made_here()
+    place = users_folder() / platform_name()
     with suppress(OSError):  # if the folder is not writable, the next process compiles the kernel again
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
@@ -152,7 +152,7 @@ def load(code: MachineCode, name: str) -> Callable[..., Any]:
 
 def load_linker() -> None:
     """Loads the libraries that `load` needs, before the first function."""
-    made_here()
+    platform_name()
     _engine()
 
 

@@ -17,7 +17,7 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
 from .bilateral import REACH, Term, range_term, space_term
 
-# Share of the sigma of 95 % efficiency, as for one-rings in `bilateral_fleishman`.
+# The default range sigma as a share of the sigma of 95 % efficiency (`SIGMA_IN_DEVIATIONS`); `bilateral_fleishman` has the same.
 _SHARE = 0.5
 
 
@@ -44,12 +44,12 @@ def bilateral_projection(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g with h_ij = n_i . (p_j - p_i), repeatedly.
+    """Moves points along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g.
 
-    This is the filter of [fleishman2003] without triangles: the sums go over the nearest neighbours of each point, searched again
-    in every iteration. Degree 2 fits the heights h_ij by a polynomial of second degree in the tangential coordinates, least
-    squares with the weights f g, and moves p_i by its value at 0: an osculating jet [cazals2005]. If it would pass on more noise
-    than p_i has, as beyond a border, it is replaced by a plane, and the plane by the mean.
+    The heights are h_ij = n_i . (p_j - p_i). This is the filter of [fleishman2003] without triangles: the sums go over the
+    nearest neighbours of each point, searched again in every iteration. Degree 2 fits a polynomial of second degree in the
+    tangential coordinates to the heights, by least squares with the weights f g, and moves p_i by its value at 0: an osculating
+    jet [cazals2005]. If it would pass on more noise than p_i has, as beyond a border, a plane replaces it, or else the mean.
 
     Args:
         points: (n, 3) coordinates.
@@ -100,7 +100,7 @@ def projections(
 ) -> Iterator[Floats]:
     """Yields the points after each iteration of `bilateral_projection`, without end, or nothing if there is nothing to remove.
 
-    The arguments are the same, but the points are of ordinary size, and the sigmas are multiplied by `scale`.
+    The arguments are those of `bilateral_projection`, but the points are normalised, and the sigmas are multiplied by `scale`.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -119,7 +119,7 @@ def projections(
 
 
 def estimated_range_sigma(points: Floats, normals: Floats | None, neighbors: int, kernel: KernelName) -> float:
-    """Returns the default range sigma of `bilateral_projection`, 0 if there is nothing to remove; arguments as `projections`."""
+    """Returns the default range sigma of `bilateral_projection`, 0 without noise; arguments as in `projections`."""
     _, indices = nearest_neighbours(points, neighbors)
     axes = normals_of(points, indices) if normals is None else normals
     return range_term(kernel, None, 1.0, _heights_of(points, axes, indices), _SHARE).sigma
@@ -148,7 +148,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit normals, each the mean of a normal and its neighbours' normals, flipped to its side as in MeshLab.
+    """Returns (m, 3) unit normals, each the mean of a normal and those of its neighbours, flipped to its side as in MeshLab.
 
     `indices` has the (m, k) neighbours of the first m of (n, 3) unit normals of any sign.
     """
@@ -167,7 +167,7 @@ def unit_normals(normals: ArrayLike, n: int) -> Floats:
     """Returns (n, 3) the normals with length 1, 0 stays 0; `FilterInputError` if their number is not n."""
     directions = check_points(normals)
     if directions.shape != (n, 3):
-        raise FilterInputError(f"normals must have the shape ({n}, 3), one a point, got {directions.shape}")
+        raise FilterInputError(f"normals must have the shape ({n}, 3), one per point, got {directions.shape}")
     sizes = np.abs(directions).max(axis=1, initial=0.0, keepdims=True)
     return unit_vectors(directions / np.where(sizes > 0.0, sizes, 1.0))
 

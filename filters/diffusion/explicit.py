@@ -15,13 +15,13 @@ from ..operators import OperatorName
 from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
 
-#: The operators without a unit. Their spectrum lies in [-2, 0] on every mesh, which gives lambda, mu and the pass band a meaning.
+#: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The most passes that remove spikes. A spike hides its neighbours, which the next pass removes.
+# The most passes that remove spikes. A pass removes only the highest spike of a one-ring; the next pass finds smaller ones there.
 _SPIKE_PASSES = 10
-#: One iteration: takes its number from 0 on, the points, and a free array that has the fixed vertices already; returns the new
-#: points and the array that is free then.
+#: One iteration: takes its number, from 0, the points, and an array to overwrite, which has the fixed vertices already; returns
+#: the new points and the array that the next iteration may overwrite.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
 
 
@@ -59,8 +59,8 @@ def explicit_smoothing(
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
             of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. This is an Euler step of length
             sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
-        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
-            with `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
+        whole: the mesh that this one is a part of; None if it is complete. If the part has the order of the whole, a vertex with
+            `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
@@ -69,7 +69,7 @@ def explicit_smoothing(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, which the error names, at first or some steps later.
+        UnstableStepError: the step is longer than the largest stable one, which the error names, at once or after some shrinking.
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
@@ -128,7 +128,7 @@ def explicit_surface(
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
-    # "robust" is not reordered: a library assembles it in the order of the faces. A bad order costs cotangents twice the time.
+    # "robust" keeps the order of the faces, in which a library assembles it. In a bad order cotangents take twice the time.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps):
         mesh = mesh.by_place()
@@ -169,8 +169,8 @@ def taubin_fairing(
         iterations: number of pairs of steps. More damp more, but only above the pass band; the time is proportional.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the order of the whole, a vertex
-            with twice `iterations` rings of faces around it gets the bits of the whole. For "uniform" and "cotangent".
+        whole: the mesh that this one is a part of; None if it is complete. If the part has the order of the whole, a vertex with
+            2 `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
     Returns:
@@ -231,7 +231,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
-    """Returns the mu of `pass_band`, else `mu`; refuses a pair of steps that amplifies an eigenvalue of up to the largest one."""
+    """Returns the mu of `pass_band` if given, else `mu`; refuses steps that amplify a mode of up to the largest eigenvalue."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)

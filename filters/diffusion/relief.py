@@ -1,4 +1,4 @@
-"""Relief lost by a filter: the lost share of the heights over a smoother surface, without noise."""
+"""Measures the relief that a filter removes: a share of the heights over a smoothed surface, without the heights of noise."""
 
 from typing import NamedTuple
 
@@ -20,12 +20,12 @@ _MEASURABLE = 0.7
 class ReliefLoss(NamedTuple):
     """A loss of relief."""
 
-    share: float  # from 0, nothing is lost, to 1, all; above 1 if relief is inverted
+    share: float  # the lost share: 0 if nothing is lost, 1 if all is lost, above 1 if relief is inverted
     shortest: float  # the shortest wavelength that counts, in mean edges; 0 for all, above 0 if noise hides shorter relief
 
 
 def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:
-    """Returns 1 - <h', h> / (|h|^2 - |h_n|^2), with h and h' the heights before and after and h_n the heights of noise alone.
+    """Returns the lost share 1 - <h', h> / (|h|^2 - |h_n|^2) of the heights h before, h' after, and h_n of noise alone.
 
     The heights are n . (q - 2 S q + S S q) with q = p, n the normals of S q, and S the implicit step that halves waves of 8 mean
     edges. They are 0 on a ball or a cylinder. Noise in h is not relief: the energy of noise of the stated level on the same
@@ -36,7 +36,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         before: (n, 3) coordinates.
         after: (n, 3) coordinates of the same vertices after the filter.
         faces: (m, 3) triangles.
-        noise: the standard deviation along the normals, in mean edges, of noise in `before` that is independent at each vertex.
+        noise: its level in `before`: the standard deviation along the normals, in mean edges, independent at each vertex.
 
     Returns:
         The loss; None if no relief stands out from the noise.

@@ -1,7 +1,7 @@
-"""Predicts a vertex from its two rings by a least-squares quadric.
+"""Predicts the height of a vertex by a least-squares quadric through its two rings, its neighbours and their neighbours.
 
-In this module `points` are (n, 3) coordinates of ordinary size, `rings` their one-rings, `normals` (n, 3) unit normals, and
-`which` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from every fit.
+In this module `points` are (n, 3) coordinates of a size around 1, `rings` their one-rings, `normals` (n, 3) unit normals, and
+`chosen` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from fits and medians.
 """
 
 import math
@@ -15,7 +15,7 @@ from ..topology import OneRings, one_rings
 
 # Width s of the weights, in mean distances of the one-ring: the second ring weighs less, since a quadric fits only nearby.
 _WIDTH = 1.3
-# A quadric has six coefficients, a plane three. A plane is fitted to fewer vertices or to vertices on a curve of second order.
+# Fewer vertices than this get a plane (three coefficients), no quadric (six); also vertices on a conic, with a smaller pivot.
 _LEAST_SAMPLES = 8
 _LEAST_PIVOT = 1e-4
 # Capacity for the vertices of two rings, usually a dozen to some dozens.
@@ -23,7 +23,7 @@ _CAPACITY = 1024
 
 
 def predicted_heights(
-    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools | None = None
+    points: Floats, rings: OneRings, normals: Floats, chosen: Ints, hidden: Bools | None = None
 ) -> tuple[Floats, Floats]:
     """Predicts the heights of vertices along their normals from the surrounding vertices.
 
@@ -35,30 +35,30 @@ def predicted_heights(
         heights: (k,) in the unit of the points; 0 without surrounding vertices.
         gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
     """
-    fits, excluded = np.zeros((2, len(which))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
-    over_range(_predict, len(which), points, rings, normals, which, excluded, fits)
+    fits, excluded = np.zeros((2, len(chosen))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
+    over_range(_predict, len(chosen), points, rings, normals, chosen, excluded, fits)
     return fits[0], fits[1]
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
-    """Returns (n,) h / sqrt(1 + g^2) of `predicted_heights`; independent noise keeps its standard deviation."""
+    """Returns (n,) heights / sqrt(1 + gains^2) of `predicted_heights`: the standard deviation is that of independent noise."""
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
-def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
-    """Returns (n, 3) the points, the vertices `which` moved along their normals to the quadric through the other vertices."""
-    hidden = mask_of(which, len(points))
-    heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, which, hidden)
+def put_where_expected(points: Floats, faces: Ints, normals: Floats, chosen: Ints) -> Floats:
+    """Returns (n, 3) the points, of which the chosen ones are moved along their normals to the quadrics through the others."""
+    hidden = mask_of(chosen, len(points))
+    heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, chosen, hidden)
     result = points.copy()
-    result[which] += heights[:, None] * normals[which]
+    result[chosen] += heights[:, None] * normals[chosen]
     return result
 
 
 def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, none: float) -> tuple[Floats, Floats]:
-    """Returns (n,) medians of the values in two rings, and (n,) of their absolute deviations from these, for `wanted` vertices.
+    """Returns (n,) medians of the values in two rings round the `wanted` vertices, and (n,) median absolute deviations from them.
 
-    Ignored values do not count; without values both are `none`.
+    `ignored` values do not count. Both results are `none` for other vertices, and where no value counts.
     """
     middles, spreads = np.full(len(values), none), np.full(len(values), none)
     over_range(_find_medians, len(values), values, rings, ignored, wanted, middles, spreads)
@@ -67,12 +67,12 @@ def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bool
 
 @compiled(nogil=True)
 def _predict(
-    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools, fits: Floats, begin: int, end: int
+    points: Floats, rings: OneRings, normals: Floats, chosen: Ints, hidden: Bools, fits: Floats, begin: int, end: int
 ) -> None:
     seen, around = np.full(points.shape[0], -1, dtype=np.int32), np.empty(_CAPACITY, dtype=np.int32)
     samples, work = np.empty((4, _CAPACITY)), np.empty((9, 6))
     for k in range(begin, end):
-        i = which[k]
+        i = chosen[k]
         scale = _ring_distance(points, rings, normals, i)
         if scale == 0.0:
             continue
@@ -117,12 +117,12 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
     """Returns the value at 0 of the quadric fitted to weighted heights, and its standard deviation for heights of deviation 1.
 
-    It fits a plane to fewer than eight samples or to samples on a curve of second order, and takes the mean if this fails, too.
+    It fits a plane to fewer than eight samples or to samples on a conic, and takes the mean if the plane fails, too.
 
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
-        count: number of samples; the height of none is 0.
-        most: the largest deviation; above it a quadric is replaced by a plane, and a plane by the mean.
+        count: number of samples; without samples the height is 0.
+        most: the largest standard deviation; above it a quadric is replaced by a plane, and a plane by the mean.
         work: (9, 6) scratch array.
     """
     matrix, terms, solution = work[:7], work[7], work[8]
@@ -204,7 +204,7 @@ def _terms(u: float, v: float, terms: Floats) -> None:
 
 @compiled(nogil=True)
 def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
-    """Solves by a Cholesky factorisation in the lower triangle; the right side is the row below. False if nearly singular."""
+    """Solves by a Cholesky factorisation in the lower triangle; the row below it is the right side. False if nearly singular."""
     for a in range(size + 1):
         for b in range(min(a, size)):
             for c in range(b):

@@ -2,8 +2,8 @@
 
 A cloud that does not fit into memory is cut into cells, each with a bounding box. The points of a tile have already been compared
 with each other; this module compares them with the points of other cells. Neighbours are ordered as in `nearest_neighbours`: by
-squared distance, then by number. Rounding is monotonic, so the computed distance to a box is never larger than that to a point in
-it, and the distance to its farthest corner never smaller. Hence no relevant cell is left out, also among ties.
+squared distance, then by number. Rounding is monotonic, so the computed distance to a box is never larger than the distance to a
+point in the box, and the distance to its farthest corner is never smaller. Hence no cell with a neighbour is left out.
 
 The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
@@ -42,7 +42,7 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The k nearest points found so far for each of a points, by squared distance, then by number."""
+    """The k nearest points so far of each of the (a,) points, ordered by squared distance, then by number."""
 
     squared: Floats  # (a, k) squared distances, infinite for missing neighbours
     numbers: Longs  # (a, k) numbers of the neighbours
@@ -56,7 +56,7 @@ class Nearest(NamedTuple):
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
     """Returns (n,) whether a cell outside of the tile can hold a point within the (n,) squared distances `bounds`.
 
-    A bound belongs to the k-th nearest point in the tile, which has the cells from `first` to before `last`.
+    A bound is the squared distance of the k-th nearest point in the tile. The tile has the cells from `first` to `last` - 1.
     """
     counts: Longs = np.zeros(len(points), np.int64)
     list_cells(points, bounds, cells, first, last, counts, np.zeros(0, np.int64), np.empty(0, np.int32))
@@ -68,13 +68,13 @@ def cells_within(
 ) -> tuple[Longs, Ints]:
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
-    `bounds` shrink in place to what the boxes guarantee: a box with more than k points has k other points within its farthest
-    corner. So a point far from all others does not get all cells at about the same distance.
+    `bounds` shrink in place to what the boxes guarantee: a box with more than k points has k other points that are nearer than
+    its farthest corner. This shortens the list of a point far from all others, to which all cells are about equally near.
 
-    The list stops before a point would bring it above `most` cells, but has at least one point.
+    The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
 
     Returns:
-        (a + 1,) offsets into the (c,) cells, for the a listed points.
+        (a + 1,) offsets of the a listed points into the list; and the list, (c,) numbers of cells.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
     shrink_bounds(points, bounds, cells, k)
@@ -110,7 +110,7 @@ def _covered(node: int, width: int, first: int, last: int) -> bool:
 
 @compiled(nogil=True)
 def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> None:
-    """Lowers each bound to the farthest corner of the best box with more than k points."""
+    """Lowers each bound to the distance of the farthest corner of any box with more than k points, if that is smaller."""
     boxes, counts = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
@@ -138,7 +138,7 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
 def list_cells(
     points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
 ) -> None:
-    """Counts the cells of each point; with `offsets` it also writes their numbers."""
+    """Counts the cells that each point needs, see `cells_within`; with `offsets` it also writes their numbers."""
     boxes, _ = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
@@ -173,8 +173,8 @@ def offer_cells(
 ) -> None:
     """Inserts the points of the cells that `cells_within` lists into the `nearest`, in place.
 
-    `own_numbers` are the numbers of the points, so that none becomes its own neighbour. `offered` has (r, 3) coordinates, (r,)
-    numbers and (r,) slots. The (c, 2) `rows` are the begin and end of each cell in these, both 0 for a cell that is not there.
+    `own_numbers` are the numbers of the `points`, so that no point becomes its own neighbour. `offered` has (r, 3) coordinates,
+    (r,) numbers and (r,) slots of other points. `rows` has (c, 2) begin and end of each cell in these arrays, 0 for absent cells.
     """
     squared, numbers, slots = nearest
     offsets, listed = cells_of_points

@@ -1,7 +1,7 @@
 """Manifold harmonics: the lowest eigenpairs of a spectral problem, none missing, and single modes as values at the vertices.
 
-Large sparse operators are solved by spectrum slicing, band by band; each band counts its eigenvalues. SciPy's ARPACK searches
-near one shift and does not count. docs/solvers.md compares the times.
+Large sparse operators are solved by spectrum slicing: band by band, and the eigenvalues of each band are counted. SciPy's ARPACK
+searches near one shift and does not count, so it may miss some. docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from .problem import SpectralProblem, spectral_problem
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
-#: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest ones. Slicing, whose factors are
-#: exact row by row, then takes over if at most one in this many modes is wanted.
+#: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest ones. Spectrum slicing, whose
+#: rounding is relative to each row, then takes over if at most one in this many modes is wanted.
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band, and from `_LARGE` rows on. Wider bands cost more orthogonalisation, narrower ones more factorisations.
+#: Modes per band, for matrices below and from `_LARGE` rows. Wide bands need more orthogonalisation, narrow ones more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
-_ROUNDS = 10_000
-_POLISHES = 3
+_ROUNDS = 10_000  # the most bands
+_POLISHES = 3  # the most refinements of the modes of a band
 #: Columns of a Lanczos block, solved for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
@@ -86,7 +86,7 @@ def lowest_eigenpairs(
 
 
 def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
-    """Merges the lowest modes of all components, without the first `skipped` of each; areas predict how many each needs."""
+    """Merges the lowest modes of all components, without the first `skipped` of each; their areas predict the counts."""
     parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
     ends = np.cumsum(sizes)
@@ -148,8 +148,8 @@ def component_modes(
     if not modes.good(tolerance, highest):
         raise ConvergenceError(
             f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
-            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue (the tolerance is "
-            f"{tolerance:.3g}), and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
+            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} times its eigenvalue (the tolerance "
+            f"is {tolerance:.3g}), and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
     order = np.argsort(modes.kappa, kind="stable")
@@ -171,15 +171,15 @@ class _CheckedModes:
         count = vectors.shape[1]
         self.vectors = np.asfortranarray(vectors)
         self.vectors[:, 0] = kernel
-        self.kappa, rest = np.empty(count), np.empty(count)
+        self.kappa, norms = np.empty(count), np.empty(count)
         for group in groups(count, progress, 0.99):
             columns = self.vectors[:, group]
             applied = sparse_product(operator, columns)
             self.kappa[group] = np.einsum("ij,ij->j", columns, applied) / np.einsum("ij,ij->j", columns, columns)
-            rest[group] = np.linalg.norm(applied - columns * self.kappa[group], axis=0)
+            norms[group] = np.linalg.norm(applied - columns * self.kappa[group], axis=0)
         self.kappa[0] = 0.0
         self.least = max(float(self.kappa[1]), float(np.finfo(float).tiny))
-        self.residuals = rest / np.maximum(self.kappa, self.least)
+        self.residuals = norms / np.maximum(self.kappa, self.least)
         # V^T V w = w for a random w if V^T V = I.
         weights = np.random.default_rng(1).normal(size=count) / np.sqrt(count)
         again = blas.dgemv(1.0, self.vectors, blas.dgemv(1.0, self.vectors, weights), trans=1)
@@ -211,12 +211,12 @@ def _by_slicing(
     vectors[places] = ordered
     modes = _CheckedModes(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # Products at tiny triangles have rounding of high frequencies, which hardly affects the modes or the energy norm.
+        # Rounding at tiny triangles has high frequencies, which hardly count in the energy norm: measure residuals in it, too.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             columns = np.asfortranarray(modes.vectors[places, group])
-            rest = sparse_product(dissected, columns) - columns * modes.kappa[group]
-            energy = np.einsum("ij,ij->j", rest, factors.solve(np.asfortranarray(rest)))
+            residual_vectors = sparse_product(dissected, columns) - columns * modes.kappa[group]
+            energy = np.einsum("ij,ij->j", residual_vectors, factors.solve(np.asfortranarray(residual_vectors)))
             share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
             modes.residuals[group] = np.minimum(modes.residuals[group], share)
     return modes
@@ -279,7 +279,7 @@ def lowest_modes(
 
     Each round factorises at a shift with about half a band of new eigenvalues expected below it. The negative pivots count the
     eigenvalues below the shift [grimes1994]. `modes_near` computes the missing ones and fills the band from above the shift. The
-    last shift lies above the last mode and only counts. If a mode is missing there, one more round computes it.
+    last shift lies above the last requested mode and only counts; if a mode is missing below it, one more round computes it.
 
     A is scaled so that about kappa eigenvalues lie below kappa. `kernel` is the unit vector with A kernel = 0, and `count` is
     well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
@@ -302,17 +302,17 @@ def lowest_modes(
             factors = _factors_at_next_shift(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
-        rest = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
+        band_progress = part_of(progress, min(0.99, done), min(0.99, done + (below + above) / (count + _GUARD)))
         locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
         new, vectors = modes_near(
-            factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=rest
+            factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=band_progress
         )
         if len(new) == 0:
             continue
-        # Modes at the edge of an earlier band contain parts of their neighbours beyond it, of the size residual / gap.
-        for group in groups(len(new), rest):
+        # A mode at the edge of an earlier band contains a share, residual / gap, of each mode beyond the edge.
+        for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
-        new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, rest)
+        new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
         spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
         kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -331,8 +331,8 @@ def _refined_modes(
     for _ in range(_POLISHES):
         residual = np.empty(len(kappa))
         for group in groups(len(kappa), progress):
-            rest = sparse_product(operator, vectors[:, group]) - vectors[:, group] * kappa[group]
-            residual[group] = np.linalg.norm(rest, axis=0)
+            residual_vectors = sparse_product(operator, vectors[:, group]) - vectors[:, group] * kappa[group]
+            residual[group] = np.linalg.norm(residual_vectors, axis=0)
         bad = np.flatnonzero(residual > tolerance * kappa)
         if len(bad) == 0:
             break
@@ -356,7 +356,7 @@ def _refined_modes(
 def _factors_at_next_shift(
     operator: sparse.csc_matrix, fronts: Fronts, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Finds a shift above all eigenvalues so far with an eighth to a whole band of new ones below; returns its factors."""
+    """Finds a shift with an eighth of a band to a whole band of new eigenvalues below it; returns the factors at this shift."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, fronts, float(kappa[-1]) + step, progress, done)
     for _ in range(40):

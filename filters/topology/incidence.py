@@ -75,20 +75,20 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """(n + 1,) offsets and keys of the face edges at their lower vertex; a key is (higher vertex) * 2^32 + face, ascending."""
+    """(n + 1,) offsets of vertices, and ascending keys of the face edges to a higher vertex: (higher vertex) * 2^32 + face."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 
 
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
-    """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and their faces.
+    """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and, for each, its faces.
 
     One column holds the number of faces at each edge, two columns hold its first and last face.
     """
-    # The system allocates only the pages that are written.
-    pairs, more = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)
-    count = _list_edges(offsets, keys, least, most, pairs, more)
-    return pairs[:count], more[:count]
+    # Arrays may be too long: the system allocates only the pages that are written.
+    pairs, edge_faces = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)
+    count = _list_edges(offsets, keys, least, most, pairs, edge_faces)
+    return pairs[:count], edge_faces[:count]
 
 
 @compiled(nogil=True)
@@ -149,7 +149,7 @@ class OneRings(NamedTuple):
 
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
-    """Returns the one-ring of every vertex, with the number of faces at each edge; with (e, 2) edges, each edge counts as one."""
+    """Returns the one-ring of every vertex, with the number of faces at each edge; each of (e, 2) edges counts as one face."""
     if faces_or_edges.shape[1] == 2:
         pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
@@ -227,10 +227,10 @@ def _listed_by_vertex(
     """Returns (n + 1,) int64 offsets, and the entries of all vertices in one array.
 
     `count` adds the number of entries of vertex i to ``offsets[i + 2]``; their cumulative sums are the starts ``offsets[i + 1]``.
-    `fill` writes each entry at ``offsets[i + 1]`` and increases it, so that in the end they start at ``offsets[i]``.
+    `fill` writes each entry at ``offsets[i + 1]`` and increases this. In the end the entries of vertex i start at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
-    # numpy allocates large arrays, never a kernel: numpy requests huge pages, which are twice as fast.
+    # Large arrays are allocated by numpy and not in kernels, because numpy requests huge pages, which are twice as fast.
     offsets = np.zeros(n_vertices + 2, dtype=np.int64)
     count(triangles, offsets)
     np.cumsum(offsets, out=offsets)
@@ -243,7 +243,7 @@ def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, I
     return _listed_by_vertex(faces, n_vertices, partial(_count_faces, width), partial(_fill_faces, width), np.int32)
 
 
-# A face has `width` entries at each of its vertices: the other two vertices, for width 3 after the face number.
+# A face has `width` entries at each of its vertices: the other two vertices, and before them the face number if `width` is 3.
 @compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
@@ -297,7 +297,7 @@ def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
 
 
 def faces_across(faces: Ints) -> Ints:
-    """(m, 3) int32 the face across edge k of each face; edge k goes from corner k to the next.
+    """(m, 3) int32 the face across each edge k of each face; edge k goes from corner k to the next.
 
     -1 if the edge does not have exactly two faces, or if the two faces are not coherently oriented.
     """

@@ -1,7 +1,7 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
 At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
-order, a kernel that needs both triangles of each edge visits each neighbour once. Ends and pairs: see `ring_ends`.
+order, a kernel that needs both triangles of each edge visits each neighbour once. A pair: the two ends of a face in `ring_ends`.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -70,7 +70,7 @@ class Stars(NamedTuple):
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """Returns the star of every vertex; it is empty at vertices that no face uses.
 
-    The (n,) int32 names, all different, decide the first vertex and the direction of each star; None takes the vertex indices.
+    The (n,) int32 `names`, all different, decide the first vertex and the direction of each star; None takes the vertex indices.
     A mesh with renumbered vertices and the same names has the same stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
@@ -264,7 +264,7 @@ def _chain(ends: Ints, start: int, stop: int) -> int:
 
 @compiled
 def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Longs) -> None:
-    """Writes the number of neighbours of each vertex with an irregular star."""
+    """Writes the number of neighbours of each vertex with an irregular star to `sizes`."""
     for i in irregular:
         sizes[i] = distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
 

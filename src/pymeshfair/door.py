@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-MeshLab cannot hold all attributes. The others stay outside and return to the elements that still exist: every vertex and face
-carries its number through the filters in a custom attribute. A filter that makes a new mesh loses the numbers.
+MeshLab cannot hold all attributes. The others stay outside and return to the elements that still exist: a custom attribute keeps
+the number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
 """
 
 import re
@@ -77,7 +77,7 @@ class Door:
         """Applies a step of a MeshLab filter; returns all its parameter values, lengths in mesh units, and its report."""
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
-        parameters = _with_ids(step.filter, effective, {inside: number for number, inside in self._ids.items()})
+        parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
@@ -87,8 +87,8 @@ class Door:
         return parameters, self._filters.apply(step.filter, values)
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
-        """The ids of MeshLab's layers, new ones counted from `next_id`; the id of the current layer; which are visible."""
-        numbers = {inside: number for number, inside in self._ids.items()}
+        """The ids of MeshLab's layers, new ones counted from `next_id`; the id of the current layer; which layers are visible."""
+        numbers = {meshlab_id: number for number, meshlab_id in self._ids.items()}
         self._ids, visible = {}, {}
         for mesh in BASE.__iter__(self._meshset):
             number = numbers.get(mesh.id())
@@ -97,7 +97,7 @@ class Door:
             self._ids[number] = mesh.id()
             visible[number] = bool(mesh.is_visible())
         current = BASE.current_mesh_id(self._meshset) if self._ids else None
-        return list(self._ids), next((n for n, inside in self._ids.items() if inside == current), None), visible
+        return list(self._ids), next((n for n, meshlab_id in self._ids.items() if meshlab_id == current), None), visible
 
     def fetch(self, number: int) -> MeshData:
         """Reads the present mesh of a layer from MeshLab."""
@@ -120,12 +120,12 @@ class Door:
             write_ply(_for_meshlab(mesh, names), file)
         BASE.load_new_mesh(self._meshset, str(path))
         path.unlink()
-        inside = BASE.current_mesh(self._meshset)
-        inside.set_label(mesh.label)
-        inside.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
+        layer = BASE.current_mesh(self._meshset)
+        layer.set_label(mesh.label)
+        layer.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
         if len(mesh.faces):
             numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader drops improper faces
-            inside.add_face_custom_scalar_attribute(numbers, _ID)
+            layer.add_face_custom_scalar_attribute(numbers, _ID)
         if mesh.vertex_selection.any() or mesh.face_selection.any():
             for _ in range(2):  # inverting twice sets the number of selected elements, which filters need and readers do not set
                 BASE.apply_filter(self._meshset, "apply_selection_inverse", invfaces=True, invverts=True)
@@ -137,18 +137,18 @@ class Door:
         return Path(tempfile.mkdtemp(dir=self._folder))
 
     def _send_custom(self, name: str) -> None:
-        """Sends a custom attribute to the current layer, if the original mesh has it: an expression may name it."""
+        """Sends a custom attribute, which an expression may name, to the current layer, if the original mesh has it."""
         current = BASE.current_mesh_id(self._meshset)
         sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == current), None)
         if sent is None:
             return
-        inside = BASE.current_mesh(self._meshset)
+        layer = BASE.current_mesh(self._meshset)
         for element in ("vertex", "face"):
             values = _custom(sent, element).get(name)
-            ids = None if values is None else _numbers(inside, element, len(values))
-            if values is not None and ids is not None and _attribute(inside, element, name) is None:
+            ids = None if values is None else _numbers(layer, element, len(values))
+            if values is not None and ids is not None and _attribute(layer, element, name) is None:
                 scalars = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
-                getattr(inside, f"add_{element}_custom_scalar_attribute")(scalars, name)
+                getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
         """The elements of the current layer on which lengths are measured."""
@@ -173,8 +173,8 @@ class Door:
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals of a new curve: they are sums over the faces that a section cuts
-        of_points = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
-        if keeps_normals or of_points:
+        has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
+        if keeps_normals or has_point_normals:
             normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)
@@ -291,11 +291,11 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
     return np.where(same & (ids >= 0).reshape(-1, *[1] * (values.ndim - 1)), before, values)
 
 
-def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
+def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
     """The attributes that MeshLab did not hold, by the numbers of the elements; 0 for new elements, -1 for their polygon."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
-        if name not in inside:
+        if name not in in_meshlab:
             carried[name] = values[ids]
             carried[name][ids < 0] = -1 if name == "polygon" else 0
     return carried

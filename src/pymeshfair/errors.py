@@ -123,7 +123,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
         elif self.signal == "SIGKILL":
             cause = "was killed (SIGKILL): by hand, or by the system because memory ran out"
         else:
-            limit = "" if memory_limit is None else f", perhaps for want of memory (the limit is {memory_limit / 1e6:.0f} MB)"
+            limit = "" if memory_limit is None else f", perhaps because memory ran out (the limit is {memory_limit / 1e6:.0f} MB)"
             cause = f"crashed ({self.signal}){limit}"
         super().__init__(place, f"the worker process {cause}{advice and f'; {advice}'}")
 

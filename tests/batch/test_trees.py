@@ -70,11 +70,11 @@ def test_an_output_of_an_earlier_recipe_is_named(tmp_path: Path) -> None:
     scan.write_bytes(b"ply\n")
     done = run_process("batch", "smooth_implicit", tree, "-o", out, "--overwrite")
     assert done.returncode == 1
-    assert "the file there is of smooth_taubin, run at 20" in done.stderr
+    assert "the existing output is of smooth_taubin, run at 20" in done.stderr
     assert "find00/scan0.ply" in done.stdout
     assert provenance_path(out / "wing0" / "find00" / "scan0.ply").exists()
-    assert [line["former"][:33] for line in journal_of(out) if line["status"] == "failed"] == [
-        "the file there is of smooth_taubi"
+    assert [line["former"][:38] for line in journal_of(out) if line["status"] == "failed"] == [
+        "the existing output is of smooth_taubi"
     ]
 
 

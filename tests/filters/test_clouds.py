@@ -195,7 +195,7 @@ def test_wrong_input_is_refused() -> None:
     points, _ = icosphere(1)
     with pytest.raises(FilterInputError, match="60 neighbours need a cloud of at least 61 points, got 42"):
         bilateral_projection(points, neighbors=60)
-    with pytest.raises(FilterInputError, match=r"normals must have the shape \(42, 3\), one a point, got \(40, 3\)"):
+    with pytest.raises(FilterInputError, match=r"normals must have the shape \(42, 3\), one per point, got \(40, 3\)"):
         bilateral_projection(points, normals=points[:40])
     with pytest.raises(FilterInputError, match=r"range_sigma 0\.0 is not finite and above 0"):
         bilateral_projection(points, range_sigma=0.0)

@@ -25,7 +25,7 @@ from pymeshfair.files.provenance import sha256_of
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
-from pymeshfair.running.session import Earlier, Session
+from pymeshfair.running.session import RunCache, Session
 
 from .runs import (
     BONE,
@@ -437,7 +437,7 @@ def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkey
 
     monkeypatch.setattr(Document, "apply", counted)
 
-    def result_of(*steps: Given, earlier: Earlier | None = None) -> tuple[int, Any]:
+    def result_of(*steps: Given, earlier: RunCache | None = None) -> tuple[int, Any]:
         applied.clear()
         job = Job(recipe_of(*steps), BONE, tmp_path / "out.ply")
         stage = Path(tempfile.mkdtemp(dir=tmp_path))
@@ -448,7 +448,7 @@ def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkey
     clean: Given = ("meshing_remove_duplicate_vertices", {})
     first: Given = ("apply_coord_implicit_fairing", {"iterations": 2})
     again, other = (("apply_coord_implicit_fairing", {"iterations": k}) for k in (1, 3))
-    earlier = Earlier()
+    earlier = RunCache()
     for steps, expected in (
         ((clean, first), 2),  # nothing is kept; after the first step MeshLab has the mesh
         ((clean, first, again), 1),

@@ -127,7 +127,7 @@ def test_a_wrong_setting_is_refused(text: str, error: type[Exception], message: 
         (lines(*HEAD, '<setting name="a b" default="1"/>'), 5, "letters, digits and underscores"),
         (lines(*HEAD, '<setting name="a" value="1" default=""/>'), 5, "no attribute 'value'"),
         (lines(*HEAD, '<setting name="a" default="1"><Param/></setting>'), 5, "the element <Param> is unknown here"),
-        (lines(*HEAD).replace(b'"smooth"', b'"a.b"', 1), 11, "the tag 'a.b' takes letters"),
+        (lines(*HEAD).replace(b'"smooth"', b'"a.b"', 1), 11, "the tag 'a.b' must consist of letters"),
     ],
 )
 def test_what_is_wrong_with_settings_is_said(data: bytes, line: int, message: str) -> None:

@@ -55,7 +55,7 @@ class Outcome:
     error: Mapping[str, Any] | None = None  # of a failure: ``"kind"``, ``"message"``, ``"doing"``, ``"details"``
     peak_memory: int | None = None  # bytes
     former: str = ""  # if the scan failed: describes the file at the path of its output; empty if there is none
-    resumed: bool = False  # whether an earlier batch did it
+    resumed: bool = False  # whether an earlier batch cleaned this scan
     unit: str | None = None  # of lengths, if known
 
     @classmethod
@@ -106,9 +106,9 @@ def _former_output(output: Path) -> str:
         return ""
     record = read_provenance(output)
     if record is None:
-        return "the file there was not written by a run"
+        return "the existing output was not written by a run"
     run, recipe = record.get("run", {}), record.get("recipe", {})
-    return f"the file there is of {recipe.get('name', 'another recipe')}, run at {run.get('started', 'an unknown time')}"
+    return f"the existing output is of {recipe.get('name', 'another recipe')}, run at {run.get('started', 'an unknown time')}"
 
 
 def digests_of(record: Mapping[str, Any]) -> dict[str, str]:
@@ -140,7 +140,7 @@ class Journal:
         if not is_free:
             self._file.close()
             raise BatchError(f"another batch is writing to {folder}; wait for it to end, or name another folder")
-        self._is_old = not resume
+        self._has_old_lines = not resume
 
     def __enter__(self) -> Journal:
         return self
@@ -152,9 +152,9 @@ class Journal:
         """Writes one line, and waits until it is on the disk."""
         line = json.dumps(outcome.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
         try:
-            if self._is_old:
+            if self._has_old_lines:
                 self._file.truncate(0)
-                self._is_old = False
+                self._has_old_lines = False
             size = self._file.seek(0, os.SEEK_END)
             self._file.seek(max(0, size - 1))
             if size and self._file.read(1) != b"\n":  # a killed batch leaves an incomplete last line
@@ -182,7 +182,7 @@ def read_journal(path: Path) -> dict[str, Outcome]:
 FAR = 3.5
 #: the fewest numbers among which outliers are searched
 _FEWEST = 5
-#: the standard deviation of a normal distribution, divided by its median and by its mean absolute deviation
+#: the standard deviation of a normal distribution, divided by its median absolute deviation and by its mean absolute deviation
 _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 
 
@@ -194,7 +194,7 @@ def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
 
 
 def largest_in_edges(outcome: Outcome) -> float | None:
-    """Returns the largest displacement divided by the same length."""
+    """Returns the largest displacement divided by the mean edge (for a cloud, the mean spacing)."""
     return displacement_in_edges(outcome, "largest")
 
 
@@ -223,8 +223,8 @@ def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
 
-    If that is 0, since more than half of the numbers are equal, the mean absolute deviation is taken [iglewicz1993]. The score
-    of None or of a number that is not finite is None; all scores are None for fewer than five numbers, or if all are equal.
+    If more than half of the numbers are equal, that deviation is 0, and the mean absolute deviation replaces it [iglewicz1993].
+    The score of None or of a number that is not finite is None; all scores are None for fewer than five or only equal numbers.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
     median = statistics.median(finite or [0.0])

@@ -1,4 +1,4 @@
-"""Writes ``batch.html``, with a row a scan and failures first, and the page of each scan, in a process of its own."""
+"""Writes ``batch.html``, which has a row for each scan, failures first; and a page for each scan, in a worker process."""
 
 import math
 import re
@@ -40,7 +40,7 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Writes the page of a scan that was done, unless there is a page with the checksums of its files."""
+    """Writes the page of a scan that was done, unless its page exists with the present checksums of its files."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "it has no provenance, so that its input is unknown")
@@ -72,7 +72,7 @@ def _draw(input: Path, output: Path, page: Path) -> None:
 NAME = "batch.html"
 #: the most scans that are named for a kind of warning
 _EXAMPLES = 5
-#: the columns of numbers: the heading, the one of `QUESTIONS` whose outliers are marked, and the number of a scan
+#: the columns of numbers: the heading, the entry of `QUESTIONS` whose outliers are marked, and the function that gives a number
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
     ("moved (edges)", "displacement", displacement_in_edges),
     ("at most", "", largest_in_edges),

@@ -46,7 +46,7 @@ def compare(
 ) -> None:
     """Compare two meshes or clouds: their distance, and what was kept, lost, added and removed.
 
-    They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one is farther from the other.
+    They may have different vertices and faces. With --tolerance the exit code is 1 if the distance is larger at any place.
     """
     from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension

@@ -1,6 +1,6 @@
 """Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-If a mesh still has the elements of its file, its text is written with changed numbers replaced; otherwise a new text.
+If a mesh still has the elements of its file, the text of the file is written with new numbers in it; otherwise a new text.
 """
 
 import re
@@ -52,19 +52,19 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
+#: contents that a new text keeps; contents that it does not have: whole lines, and parts of lines
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
-#: other contents that a new text does not have
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
-#: how many numbers a vertex may have: a position; the same with a weight, a colour, or a colour and an opacity
+#: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
 #: most corners of a face; the time of triangulation grows with their square
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
-_LEVELS = "the colours of its vertices go up to 255: they are taken for levels of 255, not for shares from 0.0 to 1.0"
+_LEVELS = "the colours of its vertices go up to 255: they are read as levels up to 255, not as shares from 0.0 to 1.0"
 #: most bytes and materials of material files; a city with a texture for each house has thousands of materials
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: how many numbers follow each keyword of a material file
@@ -177,8 +177,8 @@ def read_obj(path: Path, references: References) -> Reading:
     notes: dict[str, None] = {}
     width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
-    third, counted, textured = _rows(tokens, "vt", (2, 3))
-    if numbers_of(tokens, third[counted == 3], 3, 1).any():
+    coordinate_lines, coordinate_counts, coordinates = _rows(tokens, "vt", (2, 3))
+    if numbers_of(tokens, coordinate_lines[coordinate_counts == 3], 3, 1).any():
         notes["third texture coordinates"] = None
     corners = _corners(tokens, "f", 3, "face", counts, notes)
     lines = _corners(tokens, "l", 2, "polyline", counts, notes)
@@ -186,17 +186,17 @@ def read_obj(path: Path, references: References) -> Reading:
     indices = corners.indices[places]
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
-        attributes["wedge_texture_coordinates"] = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
+        attributes["wedge_texture_coordinates"] = np.append(coordinates, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
         starts = np.cumsum(corners.lengths) - corners.lengths
         pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
         if bare_faces := int((pairs == 0).sum()):
             notes[f"that {bare_faces:,} of its faces have no texture coordinates: they get 0 0"] = None
         if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
-            notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
-    elif len(textured):
-        notes[f"texture coordinates that no face names ({len(textured):,})"] = None
+            notes[f"that {partly:,} of its faces have texture coordinates only at some corners"] = None
+    elif len(coordinates):
+        notes[f"texture coordinates that no face names ({len(coordinates):,})"] = None
     uses = lines_of(tokens, b"usemtl")
-    names = [_rest(tokens, k) for k in uses.tolist()]
+    names = [_words_after_keyword(tokens, k) for k in uses.tolist()]
     materials, files = _materials(path, tokens, names, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
     use = (np.searchsorted(uses, corners.lines) - 1)[row]
@@ -276,7 +276,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
     extra = numbers_of(tokens, lines, 4, width - 3)
     if width == 4 and (extra != 1).any():
         notes["weights of vertices"] = None
-    if b"#MRGB " in data:  # ZBrush has colours in comments: 8 digits of mask and colour a vertex
+    if b"#MRGB " in data:  # ZBrush writes colours in comments: 8 digits of mask and colour per vertex
         masks = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
         if len(masks) == 4 * len(lines):
             painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
@@ -295,7 +295,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
-    """Parses ``vertex/texture coordinate/normal`` on the lines of a keyword, counted from 1, or backwards from -1."""
+    """Parses the indices ``vertex/texture coordinate/normal`` on the lines of a keyword; they count from 1, or back from -1."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
     lengths = tokens.lengths
@@ -333,7 +333,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab, vertices have normals if the file has as many normals as vertices; the last corner of a vertex decides.
+    As in MeshLab, vertices have normals if the file has as many normals as vertices; a vertex takes that of its last corner.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
@@ -355,8 +355,8 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
 def _materials(
     path: Path, tokens: Tokens, names: Sequence[str], references: References, notes: dict[str, None]
 ) -> tuple[Materials, list[Path]]:
-    libraries = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
-    # Some programs name no material file; theirs has the name of the mesh.
+    libraries = list(dict.fromkeys(_words_after_keyword(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
+    # Some programs do not name the material file, which then has the name of the mesh.
     files, missing = _material_files(libraries or ([path.with_suffix(".mtl").name] if names else []), references)
     for name in missing if libraries else ():
         notes[f"the material file {Path(name).name}, which does not exist"] = None
@@ -373,7 +373,7 @@ def _materials(
     return materials, files
 
 
-def _rest(tokens: Tokens, k: int) -> str:
+def _words_after_keyword(tokens: Tokens, k: int) -> str:
     """Returns the words of a line after its keyword, joined by single blanks, without a comment."""
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
@@ -400,7 +400,7 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """Returns the files of ``mtllib`` lines, and the names without a file; a line has one name, or several."""
+    """Returns the files of ``mtllib`` lines, and the names without a file; a line has one name, maybe with blanks, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
@@ -444,7 +444,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices moved, corners with the same vertex and normal get the mean of their face normals by angle: edges stay sharp.
+    If vertices moved, corners that share vertex and normal get the mean of their face normals by angle: edges stay sharp.
     """
     vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):
@@ -453,17 +453,17 @@ def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Flo
         return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
     former = document.mesh
     rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
-    still = np.array_equal(mesh.vertices, former.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
+    unmoved = np.array_equal(mesh.vertices, former.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
     before = former.vertex_attributes.get("normals")
     if (vertex_normals is not None and mesh.keeps_normals) and (  # normals in a file may have any length
         before is None or not np.allclose(unit_vectors(vertex_normals), unit_vectors(before[rows]), 0.0, 1e-7, equal_nan=True)
     ):
         return vertex_normals, mesh.faces.astype(np.int64)
     ids = source_ids(mesh.face_ids, len(mesh.faces))
-    named = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
-    if still and (named >= 0).all():
-        return document.normals, named
-    firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
+    normal_indices = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
+    if unmoved and (normal_indices >= 0).all():
+        return document.normals, normal_indices
+    firsts, groups = numbered(np.stack([mesh.faces.ravel(), normal_indices.ravel()], axis=1))
     groups = groups.reshape(-1, 3)
     return vertex_normals_by_angle(mesh.vertices[mesh.faces.ravel()[firsts]], groups.astype(np.int32)), groups
 

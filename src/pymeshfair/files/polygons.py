@@ -1,4 +1,4 @@
-"""Triangulates polygons by fans or ear clipping [meisters1975], and joins triangles into polygons; numbers equal rows."""
+"""Triangulates polygons by fans or ear clipping [meisters1975], and joins triangles into polygons; finds equal rows."""
 
 from typing import Any, NamedTuple
 
@@ -49,7 +49,7 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
     triangles: Longs  # (p,) the first triangle of each polygon
-    notes: tuple[str, ...] = ()  # about polygons left as triangles, since some are gone or an edge occurs twice
+    notes: tuple[str, ...] = ()  # about polygons left as triangles, since some triangles are gone or an edge occurs twice
 
 
 def outlines(faces: Ints, polygon: Array | None) -> Outlines:
@@ -82,7 +82,7 @@ def _end(corners: Any, e: int) -> int:
 
 @compiled
 def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
-    """Fills `places` and `lengths`; `at` has a half-edge from each vertex, `more` links it to the next from the same vertex."""
+    """Fills `places` and `lengths`. `at` has a half-edge from each vertex, `more` the next half-edge from the same vertex."""
     c, p, start = 0, 0, 0
     for count in counts:
         edges = (3 * members[start : start + count]).repeat(3)
@@ -194,7 +194,7 @@ def are_equal(a: Array | None, b: Array | None) -> bool:
 
 
 def numbered(rows: Array) -> tuple[Longs, Longs]:
-    """Returns (u,) the first index of each distinct row of (n, k), and (n,) the number of each row; NaN differs from NaN."""
+    """Returns (u,) the first index of each group of equal rows of (n, k), and (n,) the group of each row; NaNs are not equal."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()
@@ -204,7 +204,7 @@ def numbered(rows: Array) -> tuple[Longs, Longs]:
 
 @compiled
 def _number(values: Any, bits: Any, table: Any, firsts: Any, numbers: Any) -> int:
-    """Fills `firsts` and `numbers` by a hash table of a power of two; returns the count of distinct rows."""
+    """Fills `firsts` and `numbers` by a hash table whose size is a power of two; returns the count of groups."""
     count, mask = 0, np.uint64(len(table) - 1)
     for i in range(len(values)):
         key = np.uint64(0)

@@ -21,7 +21,7 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: most unpacked bytes: a multiple of the file size, plus a constant; numbers written as text shrink to a tenth
+#: most unpacked bytes: a multiple of the file size, plus a constant; numbers in text shrink to a tenth when packed
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
@@ -37,7 +37,7 @@ _KNOWN = {
 }
 #: beginnings and ends of the names of attributes that are ignored without a note: namespaces and identifiers
 _UNSAID = ("xmlns", "xml:", "UUID")
-#: extensions that are understood: materials, and parts of one model in several files
+#: extensions that are read: materials, and models in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
 _UNDERSTOOD = (f"{_SPACE}material/2015/02", f"{_SPACE}production/2015/06")
 _CORE = f"{_SPACE}core/2015/02"
@@ -73,7 +73,7 @@ class _Model:
 
     def start(self, tag: str, qualified: dict[str, str]) -> None:
         if self._ignored_depth or tag not in _KNOWN:
-            if not self._ignored_depth and qualified.get("name") != "Application":  # the program, which is no part of the mesh
+            if not self._ignored_depth and qualified.get("name") != "Application":  # the writing program
                 self.unread[f"elements {quoted(tag, 30)}"] += 1
             self._ignored_depth += 1
             return
@@ -296,5 +296,5 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     )
     with zipfile.ZipFile(target, "w") as archive:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # of 1980, so bytes do not depend on the date
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # dated 1980, so bytes do not change with time
     return notes

@@ -24,7 +24,7 @@ from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
-#: the beginning of a list of numbers, which is kept as one text; a word of a field; the strings of a field
+#: patterns: the beginning of a list of numbers, which is kept as one text; a word of a field; the strings of a field
 _NUMBERS = re.compile(r"[\s,]*(?:#[^\n\r]*[\s,]*)*(?:[-+.\d]|nan|inf)", re.IGNORECASE)
 _WORD = re.compile(r'[-+.0-9"]|(?:TRUE|FALSE|NULL|nan|inf)\Z')
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
@@ -78,7 +78,7 @@ class _Node:
 def _check_type(type: str) -> None:
     """Refuses a type of node that leads out of the document."""
     if type in _REFUSED:
-        raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without")
+        raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without such nodes")
 
 
 def _defined_node(names: Mapping[str, _Node], name: str) -> _Node:
@@ -91,7 +91,7 @@ def read_vrml(path: Path, references: References) -> Reading:
     """Reads a scene in VRML, or in X3D with the same syntax."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
-        raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")
+        raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older versions are not known")
     return _read_nodes(_Parser(text).nodes(), path, references)
 
 
@@ -268,7 +268,7 @@ class _Reader:
 
     def _texture(self, look: _Node, geometry: _Node) -> int:
         if look.part("TextureTransform", "MultiTexture", "PixelTexture", "MovieTexture") is not None:
-            self.assembly.lost["textures that are no single image as it is"] = None
+            self.assembly.lost["textures that are not one unchanged image"] = None
             return -1
         if (image := look.part("ImageTexture")) is None:
             return -1
@@ -296,7 +296,7 @@ def _points(geometry: _Node) -> Floats:
 
 
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
-    """Returns the indices of a field, each below `count`, and how many indices precede each -1."""
+    """Returns the indices of a field, each below `count`, without -1, and the lengths of the runs, which end with -1."""
     what = f"the {name} of a {quoted(geometry.type, 30)}"
     numbers = scenes.indices(geometry.fields.get(name, ""), what)
     scenes.check_range(numbers, -1, count, what)

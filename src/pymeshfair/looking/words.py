@@ -39,7 +39,7 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns a row for each measure: name, and value for each mesh; leaves out rare ones that are 0 or unknown in all."""
+    """Returns a row for each measure: name, and value for each mesh; leaves out rare measures that are 0 or unknown for all."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     clouds = all(measures.get("faces") == 0 for measures in columns.values())
@@ -53,9 +53,9 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
 
 
 def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
-    """Returns a sentence on the removals, additions and moves of `pymeshfair.running.shape_change.ShapeChange` by name.
+    """Returns a sentence on what a run has removed, added and moved.
 
-    `unit` is the unit of the scan or None, as in the other functions.
+    `change` has the fields of `pymeshfair.running.shape_change.ShapeChange` by name; `unit` is the unit of the scan, or None.
     """
     removed, added, moved = change["removed"], change["added"], change["moved"]
     parts = []
@@ -77,7 +77,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
 
 
 def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
-    """Returns lines on the change of shape by a run, `pymeshfair.running.shape_change.ShapeChange` by name."""
+    """Returns lines on the change of shape by a run; the arguments are those of `became_text`."""
     sides = dict(zip("xyz", change["sides"], strict=True))
     if "removed" not in change:  # a run by tiles measures only the box
         shares = _shares({name: share or None for name, share in sides.items()})

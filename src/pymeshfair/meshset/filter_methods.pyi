@@ -629,10 +629,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#apply_coord_craters_from_point_cloud
 
         Args:
-            target_mesh: 'target_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            target_mesh: 'target_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            samples_mesh: 'samples_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what
-                suits the mesh.
+            samples_mesh: 'samples_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
+                the mesh.
             seed: 'seed' in scripts. Takes a whole number.
             smoothingsteps: 'smoothingSteps' in scripts. Takes a whole number from 0 to 100000.
             rbf: 'rbf' in scripts.
@@ -742,7 +742,7 @@ class FilterMethods(metaclass=LateMethods):
             viewpoint: 'viewPoint' in scripts. Takes three finite numbers.
             delta: 'delta' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
                 units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -838,7 +838,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#apply_coord_directional_preservation
 
         Args:
-            attr_name: 'attr_name' in scripts. Takes a text. Left out, MeshLab takes what suits the mesh.
+            attr_name: 'attr_name' in scripts. Takes a text. By default MeshLab chooses it for the mesh.
             viewpoint: 'viewPoint' in scripts. Takes three finite numbers.
 
         Returns:
@@ -1004,7 +1004,7 @@ class FilterMethods(metaclass=LateMethods):
             stepsmoothnum: 'stepSmoothNum' in scripts. Takes a whole number from 0 to 100000.
             boundary: 'Boundary' in scripts.
             cotangentweight: 'cotangentWeight' in scripts.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1026,7 +1026,7 @@ class FilterMethods(metaclass=LateMethods):
             stepsmoothnum: 'stepSmoothNum' in scripts. Takes a whole number from 0 to 100000.
             delta: 'delta' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
                 units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1164,9 +1164,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#apply_coord_point_cloud_movement_over_mesh
 
         Args:
-            point_cloud: 'point_cloud' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            point_cloud: 'point_cloud' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            target_mesh: 'target_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            target_mesh: 'target_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
             gravity_dir: 'gravity_dir' in scripts. Takes three finite numbers.
             force_dir: 'force_dir' in scripts. Takes three finite numbers.
@@ -1406,7 +1406,7 @@ class FilterMethods(metaclass=LateMethods):
             lambda_: 'lambda' in scripts. Takes a number.
             mu: 'mu' in scripts. Takes a number.
             stepsmoothnum: 'stepSmoothNum' in scripts. Takes a whole number from 0 to 100000.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1431,7 +1431,7 @@ class FilterMethods(metaclass=LateMethods):
             normalthr: 'normalThr' in scripts. Takes a number.
             stepnormalnum: 'stepNormalNum' in scripts. Takes a whole number from 0 to 100000.
             stepfitnum: 'stepFitNum' in scripts. Takes a whole number from 0 to 100000.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1698,8 +1698,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#apply_scalar_clamping_per_vertex
 
         Args:
-            minval: 'minVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxval: 'maxVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minval: 'minVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxval: 'maxVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             perc: 'perc' in scripts. Takes a number from 0.0 to 100.0.
             zerosym: 'zeroSym' in scripts.
 
@@ -1796,8 +1796,8 @@ class FilterMethods(metaclass=LateMethods):
         Menus: selection. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#apply_selection_inverse
 
         Args:
-            invfaces: 'InvFaces' in scripts. Left out, MeshLab takes what suits the mesh.
-            invverts: 'InvVerts' in scripts. Left out, MeshLab takes what suits the mesh.
+            invfaces: 'InvFaces' in scripts. By default MeshLab chooses it for the mesh.
+            invverts: 'InvVerts' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -1868,7 +1868,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_color_and_texture_from_active_rasters_projection
 
         Args:
-            textname: 'textName' in scripts. Takes a text. Left out, MeshLab takes what suits the mesh.
+            textname: 'textName' in scripts. Takes a text. By default MeshLab chooses it for the mesh.
             texsize: 'texsize' in scripts. Takes a whole number of at least 0.
             dorefill: 'dorefill' in scripts.
             deptheta: 'deptheta' in scripts. Takes a number.
@@ -1956,10 +1956,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_color_by_point_cloud_voronoi_projection
 
         Args:
-            coloredmesh: 'ColoredMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            coloredmesh: 'ColoredMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            vertexmesh: 'VertexMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            vertexmesh: 'VertexMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             backward: 'backward' in scripts.
 
         Returns:
@@ -2059,8 +2059,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_color_from_scalar_per_face
 
         Args:
-            minval: 'minVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxval: 'maxVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minval: 'minVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxval: 'maxVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             perc: 'perc' in scripts. Takes a number from 0.0 to 100.0.
             zerosym: 'zeroSym' in scripts.
             colormap: 'colorMap' in scripts.
@@ -2084,8 +2084,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_color_from_scalar_per_vertex
 
         Args:
-            minval: 'minVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxval: 'maxVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minval: 'minVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxval: 'maxVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             perc: 'perc' in scripts. Takes a number from 0.0 to 100.0.
             zerosym: 'zeroSym' in scripts.
             colormap: 'colorMap' in scripts.
@@ -2122,8 +2122,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_color_from_scalar_using_transfer_function_per_vertex
 
         Args:
-            minqualityval: 'minQualityVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxqualityval: 'maxQualityVal' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minqualityval: 'minQualityVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxqualityval: 'maxQualityVal' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             midhandlepos: 'midHandlePos' in scripts. Takes a number.
             brightness: 'brightness' in scripts. Takes a number.
             tfslist: 'TFsList' in scripts.
@@ -2266,8 +2266,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_coord_linear_morphing
 
         Args:
-            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             percentmorph: 'PercentMorph' in scripts. Takes a number from -150.0 to 250.0.
 
         Returns:
@@ -2449,10 +2449,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_matrix_by_icp_between_meshes
 
         Args:
-            referencemesh: 'ReferenceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what
-                suits the mesh.
-            sourcemesh: 'SourceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            referencemesh: 'ReferenceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it
+                for the mesh.
+            sourcemesh: 'SourceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0.
             mindistabs: 'MinDistAbs' in scripts. Takes a number.
             trgdistabs: 'TrgDistAbs' in scripts. Takes a number.
@@ -2490,7 +2490,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_matrix_by_mesh_global_alignment
 
         Args:
-            basemesh: 'BaseMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits the
+            basemesh: 'BaseMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
                 mesh.
             onlyvisiblemeshes: 'OnlyVisibleMeshes' in scripts.
             ogsize: 'OGSize' in scripts. Takes a whole number of at least 0.
@@ -2684,9 +2684,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_mls_projection_apss
 
         Args:
-            controlmesh: 'ControlMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            controlmesh: 'ControlMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            proxymesh: 'ProxyMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits the
+            proxymesh: 'ProxyMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
                 mesh.
             selectiononly: 'SelectionOnly' in scripts.
             maxsubdivisions: 'MaxSubdivisions' in scripts. Takes a whole number of at least 0.
@@ -2721,9 +2721,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_mls_projection_rimls
 
         Args:
-            controlmesh: 'ControlMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            controlmesh: 'ControlMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            proxymesh: 'ProxyMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits the
+            proxymesh: 'ProxyMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
                 mesh.
             selectiononly: 'SelectionOnly' in scripts.
             maxsubdivisions: 'MaxSubdivisions' in scripts. Takes a whole number of at least 0.
@@ -3077,10 +3077,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_scalar_by_distance_from_another_mesh_per_vertex
 
         Args:
-            measuremesh: 'MeasureMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            measuremesh: 'MeasureMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            refmesh: 'RefMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits the
-                mesh.
+            refmesh: 'RefMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the mesh.
             signeddist: 'SignedDist' in scripts.
             maxdist: 'MaxDist' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
@@ -3104,11 +3103,11 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_scalar_by_distance_from_point_cloud_per_vertex
 
         Args:
-            coloredmesh: 'ColoredMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            coloredmesh: 'ColoredMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            vertexmesh: 'VertexMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            radius: 'Radius' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            vertexmesh: 'VertexMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            radius: 'Radius' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             sampleradius: 'SampleRadius' in scripts.
             approximategeodetic: 'ApproximateGeodetic' in scripts.
 
@@ -3172,8 +3171,8 @@ class FilterMethods(metaclass=LateMethods):
         saddles.
 
         Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose
-        98 % of the vertices. On borders the curvature is 0, and the deficit is the turn of the border. Returns the limits, the
-        lowest, the highest and the mean value, and the sum.
+        98 % of the vertices. On borders the curvature is 0, and the deficit is the angle by which the border turns. Returns the
+        limits, the lowest, the highest and the mean value, and the sum.
 
         Args:
             measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in
@@ -3201,7 +3200,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_scalar_by_geodesic_distance_from_given_point_per_vertex
 
         Args:
-            startpoint: 'startPoint' in scripts. Takes three finite numbers. Left out, MeshLab takes what suits the mesh.
+            startpoint: 'startPoint' in scripts. Takes three finite numbers. By default MeshLab chooses it for the mesh.
             maxdistance: 'maxDistance' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
                 '0.3' (mesh units).
 
@@ -3312,8 +3311,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_scalar_by_scalar_harmonic_field_per_vertex
 
         Args:
-            point1: 'point1' in scripts. Takes three finite numbers. Left out, MeshLab takes what suits the mesh.
-            point2: 'point2' in scripts. Takes three finite numbers. Left out, MeshLab takes what suits the mesh.
+            point1: 'point1' in scripts. Takes three finite numbers. By default MeshLab chooses it for the mesh.
+            point2: 'point2' in scripts. Takes three finite numbers. By default MeshLab chooses it for the mesh.
             value1: 'value1' in scripts. Takes a number from 0.0 to 1.0.
             value2: 'value2' in scripts. Takes a number from 0.0 to 1.0.
             colorize: 'colorize' in scripts.
@@ -3668,7 +3667,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_selection_by_edge_length
 
         Args:
-            threshold: 'Threshold' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            threshold: 'Threshold' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3758,8 +3757,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_selection_by_scalar_per_face
 
         Args:
-            minq: 'minQ' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxq: 'maxQ' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minq: 'minQ' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxq: 'maxQ' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             inclusive: 'Inclusive' in scripts.
 
         Returns:
@@ -3779,8 +3778,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#compute_selection_by_scalar_per_vertex
 
         Args:
-            minq: 'minQ' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            maxq: 'maxQ' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            minq: 'minQ' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            maxq: 'maxQ' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             inclusive: 'Inclusive' in scripts.
 
         Returns:
@@ -4621,9 +4620,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#generate_boolean_difference
 
         Args:
-            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
             transfer_face_color: 'transfer_face_color' in scripts.
             transfer_face_quality: 'transfer_face_quality' in scripts.
@@ -4650,9 +4649,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#generate_boolean_intersection
 
         Args:
-            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
             transfer_face_color: 'transfer_face_color' in scripts.
             transfer_face_quality: 'transfer_face_quality' in scripts.
@@ -4679,9 +4678,9 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#generate_boolean_union
 
         Args:
-            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
             transfer_face_color: 'transfer_face_color' in scripts.
             transfer_face_quality: 'transfer_face_quality' in scripts.
@@ -4707,9 +4706,9 @@ class FilterMethods(metaclass=LateMethods):
         Menus: remeshing, layer. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#generate_boolean_xor
 
         Args:
-            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            first_mesh: 'first_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            second_mesh: 'second_mesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
             transfer_face_color: 'transfer_face_color' in scripts.
             transfer_face_quality: 'transfer_face_quality' in scripts.
@@ -5062,7 +5061,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             sampling: 'Sampling' in scripts.
-            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. Left out, MeshLab takes what suits the mesh.
+            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5083,7 +5082,7 @@ class FilterMethods(metaclass=LateMethods):
         Menus: sampling. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#generate_sampling_montecarlo
 
         Args:
-            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. Left out, MeshLab takes what suits the mesh.
+            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. By default MeshLab chooses it for the mesh.
             weighted: 'Weighted' in scripts.
             perfacenormal: 'PerFaceNormal' in scripts.
             radiusvariance: 'RadiusVariance' in scripts. Takes a number.
@@ -5125,8 +5124,8 @@ class FilterMethods(metaclass=LateMethods):
             approximategeodesicdistance: 'ApproximateGeodesicDistance' in scripts.
             subsample: 'Subsample' in scripts.
             refineflag: 'RefineFlag' in scripts.
-            refinemesh: 'RefineMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            refinemesh: 'RefineMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             bestsampleflag: 'BestSampleFlag' in scripts.
             bestsamplepool: 'BestSamplePool' in scripts. Takes a whole number of at least 0.
             exactnumflag: 'ExactNumFlag' in scripts.
@@ -5197,7 +5196,7 @@ class FilterMethods(metaclass=LateMethods):
             texturew: 'TextureW' in scripts. Takes a whole number of at least 0.
             textureh: 'TextureH' in scripts. Takes a whole number of at least 0.
             texturespace: 'TextureSpace' in scripts.
-            recovercolor: 'RecoverColor' in scripts. Left out, MeshLab takes what suits the mesh.
+            recovercolor: 'RecoverColor' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5404,7 +5403,7 @@ class FilterMethods(metaclass=LateMethods):
             iters: 'iters' in scripts. Takes a whole number from 0 to 100000.
             confidence: 'confidence' in scripts.
             preclean: 'preClean' in scripts.
-            threads: 'threads' in scripts. Takes a whole number. Left out, MeshLab takes what suits the mesh.
+            threads: 'threads' in scripts. Takes a whole number. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5571,16 +5570,16 @@ class FilterMethods(metaclass=LateMethods):
         Menus: sampling. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#get_hausdorff_distance
 
         Args:
-            sampledmesh: 'SampledMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
+            sampledmesh: 'SampledMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for
                 the mesh.
-            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             savesample: 'SaveSample' in scripts.
             samplevert: 'SampleVert' in scripts.
             sampleedge: 'SampleEdge' in scripts.
             samplefauxedge: 'SampleFauxEdge' in scripts.
             sampleface: 'SampleFace' in scripts.
-            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. Left out, MeshLab takes what suits the mesh.
+            samplenum: 'SampleNum' in scripts. Takes a whole number of at least 0. By default MeshLab chooses it for the mesh.
             maxdist: 'MaxDist' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
 
@@ -5617,8 +5616,8 @@ class FilterMethods(metaclass=LateMethods):
         Menus: measure. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#get_scalar_histogram_per_face
 
         Args:
-            histmin: 'HistMin' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            histmax: 'HistMax' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            histmin: 'HistMin' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            histmax: 'HistMax' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             areaweighted: 'areaWeighted' in scripts.
             binnum: 'binNum' in scripts. Takes a whole number of at least 0.
 
@@ -5640,8 +5639,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#get_scalar_histogram_per_vertex
 
         Args:
-            histmin: 'HistMin' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
-            histmax: 'HistMax' in scripts. Takes a number. Left out, MeshLab takes what suits the mesh.
+            histmin: 'HistMin' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
+            histmax: 'HistMax' in scripts. Takes a number. By default MeshLab chooses it for the mesh.
             areaweighted: 'areaWeighted' in scripts.
             binnum: 'binNum' in scripts. Takes a whole number of at least 0.
 
@@ -5789,7 +5788,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             maxholesize: 'MaxHoleSize' in scripts. Takes a whole number of at least 0.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
             newfaceselected: 'NewFaceSelected' in scripts.
             selfintersection: 'SelfIntersection' in scripts.
             refinehole: 'RefineHole' in scripts.
@@ -5915,8 +5914,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#meshing_decimation_quadric_edge_collapse
 
         Args:
-            targetfacenum: 'TargetFaceNum' in scripts. Takes a whole number of at least 0. Left out, MeshLab takes what suits
-                the mesh.
+            targetfacenum: 'TargetFaceNum' in scripts. Takes a whole number of at least 0. By default MeshLab chooses it for the
+                mesh.
             targetperc: 'TargetPerc' in scripts. Takes a number.
             qualitythr: 'QualityThr' in scripts. Takes a number.
             preserveboundary: 'PreserveBoundary' in scripts.
@@ -5928,7 +5927,7 @@ class FilterMethods(metaclass=LateMethods):
             planarweight: 'PlanarWeight' in scripts. Takes a number.
             qualityweight: 'QualityWeight' in scripts.
             autoclean: 'AutoClean' in scripts.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5954,8 +5953,8 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#meshing_decimation_quadric_edge_collapse_with_texture
 
         Args:
-            targetfacenum: 'TargetFaceNum' in scripts. Takes a whole number of at least 0. Left out, MeshLab takes what suits
-                the mesh.
+            targetfacenum: 'TargetFaceNum' in scripts. Takes a whole number of at least 0. By default MeshLab chooses it for the
+                mesh.
             targetperc: 'TargetPerc' in scripts. Takes a number.
             qualitythr: 'QualityThr' in scripts. Takes a number.
             extratcoordw: 'Extratcoordw' in scripts. Takes a number.
@@ -5964,7 +5963,7 @@ class FilterMethods(metaclass=LateMethods):
             optimalplacement: 'OptimalPlacement' in scripts.
             preservenormal: 'PreserveNormal' in scripts.
             planarquadric: 'PlanarQuadric' in scripts.
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5983,7 +5982,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#meshing_edge_flip_by_curvature_optimization
 
         Args:
-            selection: 'selection' in scripts. Left out, MeshLab takes what suits the mesh.
+            selection: 'selection' in scripts. By default MeshLab chooses it for the mesh.
             pthreshold: 'pthreshold' in scripts. Takes a number.
             curvtype: 'curvtype' in scripts.
 
@@ -6005,7 +6004,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#meshing_edge_flip_by_planar_optimization
 
         Args:
-            selection: 'selection' in scripts. Left out, MeshLab takes what suits the mesh.
+            selection: 'selection' in scripts. By default MeshLab chooses it for the mesh.
             pthreshold: 'pthreshold' in scripts. Takes a number.
             planartype: 'planartype' in scripts.
             iterations: 'iterations' in scripts. Takes a whole number from 0 to 100000.
@@ -6391,7 +6390,7 @@ class FilterMethods(metaclass=LateMethods):
             iterations: 'Iterations' in scripts. Takes a whole number from 0 to 16.
             threshold: 'Threshold' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6449,7 +6448,7 @@ class FilterMethods(metaclass=LateMethods):
             iterations: 'Iterations' in scripts. Takes a whole number from 0 to 16.
             threshold: 'Threshold' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6473,7 +6472,7 @@ class FilterMethods(metaclass=LateMethods):
             iterations: 'Iterations' in scripts. Takes a whole number from 0 to 16.
             threshold: 'Threshold' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6495,7 +6494,7 @@ class FilterMethods(metaclass=LateMethods):
             iterations: 'Iterations' in scripts. Takes a whole number from 0 to 16.
             threshold: 'Threshold' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
                 (mesh units).
-            selected: 'Selected' in scripts. Left out, MeshLab takes what suits the mesh.
+            selected: 'Selected' in scripts. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6652,7 +6651,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             rendering_mode: 'Rendering Mode' in scripts.
-            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. Left out, MeshLab takes what suits the mesh.
+            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. By default MeshLab chooses it for the mesh.
             estimate_focal: 'Estimate Focal' in scripts.
             fine: 'Fine' in scripts.
             numofiterations: 'NumOfIterations' in scripts. Takes a whole number from 0 to 100000.
@@ -6745,7 +6744,7 @@ class FilterMethods(metaclass=LateMethods):
         Menus: layer, camera. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#set_camera_per_mesh
 
         Args:
-            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. Left out, MeshLab takes what suits the mesh.
+            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6762,7 +6761,7 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#set_camera_per_raster
 
         Args:
-            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. Left out, MeshLab takes what suits the mesh.
+            shot: 'Shot' in scripts. Takes nothing: a camera cannot be given here. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6834,7 +6833,7 @@ class FilterMethods(metaclass=LateMethods):
         Menus: layer. What it does: https://pymeshlab.readthedocs.io/en/latest/filter_list.html#set_mesh_name
 
         Args:
-            newname: 'newName' in scripts. Takes a text. Left out, MeshLab takes what suits the mesh.
+            newname: 'newName' in scripts. Takes a text. By default MeshLab chooses it for the mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -6938,10 +6937,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#transfer_attributes_per_vertex
 
         Args:
-            sourcemesh: 'SourceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            sourcemesh: 'SourceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            targetmesh: 'TargetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             vertexsampling: 'VertexSampling' in scripts.
             geomtransfer: 'GeomTransfer' in scripts.
             normaltransfer: 'NormalTransfer' in scripts.
@@ -6977,14 +6976,14 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#transfer_attributes_to_texture_per_vertex
 
         Args:
-            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             attributeenum: 'AttributeEnum' in scripts.
             upperbound: 'upperBound' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
                 '0.3' (mesh units).
-            textname: 'textName' in scripts. Takes a text. Left out, MeshLab takes what suits the mesh.
+            textname: 'textName' in scripts. Takes a text. By default MeshLab chooses it for the mesh.
             textw: 'textW' in scripts. Takes a whole number of at least 0.
             texth: 'textH' in scripts. Takes a whole number of at least 0.
             overwrite: 'overwrite' in scripts.
@@ -7006,10 +7005,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#transfer_iso_parametrization_between_meshes
 
         Args:
-            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -7028,10 +7027,10 @@ class FilterMethods(metaclass=LateMethods):
         https://pymeshlab.readthedocs.io/en/latest/filter_list.html#transfer_texture_to_color_per_vertex
 
         Args:
-            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
-            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). Left out, MeshLab takes what suits
-                the mesh.
+            sourcemesh: 'sourceMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
+            targetmesh: 'targetMesh' in scripts. Takes the id of a layer (a whole number). By default MeshLab chooses it for the
+                mesh.
             upperbound: 'upperBound' in scripts. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or
                 '0.3' (mesh units).
 

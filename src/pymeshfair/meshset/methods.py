@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 else:
     import pymeshlab as classes
 
-#: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object for it.
+#: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object of these classes.
 LengthLike: TypeAlias = str | Length | classes.PercentageValue | classes.PureValue
 
 #: A point, a matrix and a colour.
@@ -30,7 +30,7 @@ PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
 
-#: the parameter types whose methods take more types than the function of the filter
+#: by parameter type, the types that a method takes; the function of a filter takes fewer
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
 #: the documentation of MeshLab's filters
@@ -155,7 +155,7 @@ def _about_builtin(declared: Filter) -> str:
 
 
 def _rewrapped(paragraph: str) -> str:
-    """Wraps a paragraph for an indented docstring; keeps a layout by hand."""
+    """Wraps a paragraph for an indented docstring; keeps a paragraph that was laid out by hand."""
     lines = paragraph.splitlines()
     by_hand = any(not line[:1].isalpha() for line in lines)
     return paragraph if by_hand or max(map(len, lines), default=0) <= _WIDTH else _indented(paragraph, 0)
@@ -166,7 +166,7 @@ def _described(parameter: Parameter) -> str:
     if not isinstance(parameter, Bool | Enum):  # their type shows the allowed values
         sentences.append(f"Takes {parameter.describe_allowed()}.")
     if parameter.default is None and not parameter.help:
-        sentences.append("Left out, MeshLab takes what suits the mesh.")
+        sentences.append("By default MeshLab chooses it for the mesh.")
     return _indented(f"{parameter.name}: {' '.join(sentences)}", 4, 8)
 
 

@@ -49,10 +49,10 @@ class Outcome:
     traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
 
 
-class Earlier:
+class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and the layers after some steps: the `states` entries that were used last.
+    It keeps the measures of the mesh, and the layers after the last used beginnings of recipes, at most `states`.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -67,7 +67,7 @@ class Earlier:
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
-        """The layers after as many of the first steps as are kept, and the reports of these; None and () if none are."""
+        """The layers after the longest kept beginning of `steps`, and the reports of its steps; None and () if none is kept."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, ()
@@ -108,13 +108,13 @@ class Session:
         source["others"] = [described for _, described in others]
         return self._write(outcome, source)
 
-    def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: Earlier | None = None) -> Outcome:
+    def carry_out(self, read: MeshData, others: Sequence[MeshData] = (), earlier: RunCache | None = None) -> Outcome:
         """Apply the steps to a mesh, with `others` as further layers; `earlier` is the cache of runs on the same meshes."""
         input_id = self._document.add(read)
         for mesh in others:
             self._document.add(mesh)
         self._document.current_id = input_id
-        earlier = earlier or Earlier(states=0)
+        earlier = earlier or RunCache(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
         self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
         if advice := self._job.recipe.info.superseded:
@@ -154,7 +154,7 @@ class Session:
 
         return load_unchecked(path, self._stage / "meshlab")
 
-    def _run_steps(self, earlier: Earlier) -> tuple[StepReport, ...]:
+    def _run_steps(self, earlier: RunCache) -> tuple[StepReport, ...]:
         """Run the steps, except the first ones whose result is in the cache; return the reports of all."""
         state, reports = earlier.longest(self._steps)
         if state is not None:
@@ -187,7 +187,7 @@ class Session:
         except Exception as error:
             if _caused_by_memory(error):
                 raise MemoryError from error
-            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # of the files for MeshLab
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
             text, name = " ".join(str(error).split()), step.filter.python_name  # `_failed` names the filter already
             raise self._failed(

@@ -1,8 +1,8 @@
 """A filter script in memory: its steps, which are filters with checked values, its settings, and its problems.
 
 A setting is a named value that steps share. In the file it is a ``<setting name= default= unit= description=/>`` under
-``<FilterScript>``, and each ``<Param ... setting="NAME">`` takes its value from it. MeshLab ignores both: it runs the values in
-the steps, which equal the defaults of the settings.
+``<FilterScript>``, and each ``<Param ... setting="NAME">`` takes its value from it. MeshLab ignores settings: it takes the values
+in the steps, which equal the defaults of the settings.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the result differs from the old script's, in the MeshLab of its time or today; empty if it does not
+    meaning: str = ""  # how the result differs from that of the old script, in the old MeshLab or today's; empty if it does not
 
     @property
     def same_meaning(self) -> bool:
@@ -83,7 +83,7 @@ def shortened(text: str) -> str:
 def checked_name(name: str, of_what: str) -> str:
     """The name of a setting or the tag of a step, if it has only letters, digits and underscores, and no digit first."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
-        raise ParameterError(f"the {of_what} {shortened(name)!r} takes letters, digits and underscores")
+        raise ParameterError(f"the {of_what} {shortened(name)!r} must consist of letters, digits and underscores")
     return name
 
 
@@ -109,18 +109,18 @@ class Step:
     #: by Python parameter name, as `Filter.check` returns them; a parameter without a value takes its default on the step's mesh
     values: Mapping[str, Any] = field(default_factory=dict)
     line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1; None without a file
-    tag: str = ""  # a name that one or several steps of a recipe have; may be empty
+    tag: str = ""  # a name, which several steps of a recipe may share; may be empty
     settings: Mapping[str, str] = field(default_factory=dict)  # by Python parameter name, the setting that gives the value
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings)
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
-        """The step with these values, which are checked, in place of its own."""
+        """The step with these values, after a check; its other values stay."""
         return self.with_checked(self.filter.check(values))
 
     def with_checked(self, values: Mapping[str, Any]) -> Step:
-        """The step with these checked values in place of its own; a parameter whose value changes leaves its setting."""
+        """The step with these checked values; its other values stay. A changed value no longer comes from a setting."""
         settings = {n: s for n, s in self.settings.items() if n not in values or self.values.get(n) == values[n]}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
@@ -138,7 +138,7 @@ class Step:
         )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
-        """The step with defaults where it has no values; without `lengths`, not with defaults that depend on the mesh's size.
+        """The step with defaults for parameters without a value; without `lengths`, relative lengths get no default.
 
         Some defaults of built-in filters follow from the mesh, such as the number of triangles to decimate to. They stay absent.
         """
@@ -150,9 +150,9 @@ class Step:
         return replace(self, values=self.filter.in_order({**defaults, **self.values}))
 
 
-def _restored(filter: str, *rest: Any) -> Step:
+def _restored(filter: str, *fields: Any) -> Step:
     """An unpickled step; its filter is found by name."""
-    return Step(find_filter(filter), *rest)
+    return Step(find_filter(filter), *fields)
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-_DELETED = "it deleted the input, the result or both, by version; now nothing is deleted, and the result is current"
+_DELETED = "by its version, MeshLab deleted the input, the result or both; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
-_WHOLE = "without it only the faces that closed the holes were worked on; now it is the whole mesh"
+_WHOLE = "without this parameter MeshLab worked only on the faces that had closed the holes; now on the whole mesh"
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class Upgrade:
 def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgrade:
     """Upgrade the script in the bytes of an .mlx file; the arguments are those of `parse_script`."""
     changes: list[Change] = []
-    # Blanks replace the second document type, so that problems keep their lines.
-    once = SECOND_DOCUMENT_TYPE.sub(lambda m: m[1].ljust(len(m[0])), data[: 1 << 16]) + data[1 << 16 :]
-    if once != data:
+    # Blanks replace the second document type, so that problems keep their line numbers.
+    single = SECOND_DOCUMENT_TYPE.sub(lambda m: m[1].ljust(len(m[0])), data[: 1 << 16]) + data[1 << 16 :]
+    if single != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
-    document = parse_document(once, name)
+    document = parse_document(single, name)
     filters: list[FilterElement] = []
     aged, always_current = False, set[int]()
     for element in document.filters:
@@ -80,10 +80,10 @@ def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement
         former = former_filter(name)
         if former is not None and former.idle:
             return None, [note(what="left out, as it never changed a mesh")]
-        called = same_but_case(name) if former is None else former.today(values)
-        if called is None:
+        name_today = same_but_case(name) if former is None else former.today(values)
+        if name_today is None:
             return element, []
-        today = find_filter(called)
+        today = find_filter(name_today)
     changes: list[Change] = []
     if element.kind == "xmlfilter":
         changes.append(note(what="is written as <filter>, with the types of its parameters"))
@@ -132,7 +132,7 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
             changes.append(note(what=f"is {target!r} now"))
         if target in params:
             meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
-            changes.append(note(what="is given once", meaning=meaning))
+            changes.append(note(what="was given several times, and is given once now", meaning=meaning))
         attributes, parameter = {**param.attributes, "name": target}, declared[target]
         if any(target in former.relabelled for former in facts):  # choices have new words, but their numbers mean the same
             attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
@@ -262,7 +262,7 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with absolute lengths in percent of the diagonal of its mesh; 0 stays 0."""
+    """The script with absolute lengths converted to percent of the diagonal of its mesh; 0 stays 0."""
 
     def relative(step: Step) -> Step:
         lengths = {n: v for n, v in step.values.items() if isinstance(v, Length) and v.unit == "absolute" and v.amount}

@@ -31,7 +31,7 @@ from ..report.scene import Shown, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted, StepProgress, StepStarted
 from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
-from ..running.session import Earlier, Session
+from ..running.session import RunCache, Session
 from ..running.supervise import MODULES, parse_talk
 from ..scripts.script import Script
 
@@ -94,7 +94,7 @@ class Bench:
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
         self._scan = self._drawable("scan", self._before.mesh)
         self._result: tuple[MeshData, Shown] | None = None
-        self._earlier = Earlier()
+        self._earlier = RunCache()
 
     def opening(self) -> Result:
         """Returns the measures and the mesh that the page shows before a run."""

@@ -11,12 +11,12 @@ ROWS = (
     (
         "levels.obj",
         "v 0 0 0 0 0 0\nv 1 0 0 255 0 0\nv 0 1 0 0 128 0\nf 1 2 3\n",
-        (3, 1, "they are taken for levels of 255"),
+        (3, 1, "they are read as levels up to 255"),
     ),
     (
         "levels_with_materials.obj",
         "mtllib a.mtl\nv 0 0 0 0 0 0\nv 1 0 0 255 0 0\nv 0 1 0 0 128 0\nf 1 2 3\n",
-        (3, 1, "they are taken for levels of 255", "the texture 'gone.png' does not exist; the output names it all the same"),
+        (3, 1, "they are read as levels up to 255", "the texture 'gone.png' does not exist; the output names it all the same"),
     ),
     (
         "nan.obj",
@@ -89,12 +89,12 @@ ROWS = (
     (
         "mixed.obj",
         O + "vt 0 0\nvn 0 0 1\nf 1/1 2//1 3\n",
-        (3, 1, "that 1 of its faces have texture coordinates at some corners alone"),
+        (3, 1, "that 1 of its faces have texture coordinates only at some corners"),
     ),
     (
         "mixed2.obj",
         O + "vt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3//1\n",
-        (3, 1, "that 1 of its faces have texture coordinates at some corners alone"),
+        (3, 1, "that 1 of its faces have texture coordinates only at some corners"),
     ),
     ("call.obj", O + "call /etc/passwd\nf 1 2 3\n", (3, 1, "display attributes (1)")),
     ("csh.obj", O + "csh rm -rf x\nf 1 2 3\n", (3, 1, "display attributes (1)")),
