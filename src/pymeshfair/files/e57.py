@@ -58,7 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
 
 
 class _Survey:
-    """The headers of the scans that have points, their declared total, and warnings about fields that some scans lack."""
+    """The headers of the scans with points, the declared number of points, and warnings about fields that some scans lack."""
 
     def __init__(self, file: Any) -> None:
         self._file = file

@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`pymeshfair.MeshSet` imports it before a program can replace `pymeshlab.MeshSet`. Its errors are errors of both libraries.
+`pymeshfair.MeshSet` imports this module before a program can replace `pymeshlab.MeshSet`. Errors here belong to both libraries.
 """
 
 import threading

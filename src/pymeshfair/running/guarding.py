@@ -70,8 +70,8 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_tex
     verb = "has moved by" if moved.same else "lies away from the input by"
     is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
     allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.6g}{unit}"
-    more = f"; so do {others:,} others" if others else ""
-    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
+    further = f"; {others:,} more vertices exceed it" if others else ""
+    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{further}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 
