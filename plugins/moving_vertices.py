@@ -71,7 +71,7 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`), and folds no additional faces.
+    """Smooths by `amount`. Below 0, for "auto", `chosen_amount` takes the best of `tried`, and no additional faces fold.
 
     `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
     """
@@ -101,7 +101,7 @@ def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: boo
 
 
 def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The report on the trials of a choice: for each its label, as values by name, and its scores."""
+    """The report on each trial of a choice: the label, as values by name, and the scores."""
     scores = ("error", "excess", "uncertainty")
     trials = choice.trials if choice is not None else ()
     return [{**labelled(trial.label), **{name: getattr(trial, name) for name in scores}} for trial in trials]

@@ -67,7 +67,7 @@ class Repertoire(NamedTuple):
     chains: tuple[Chain, ...]  # normal filtering
     taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # pairs of Taubin steps alone; 0 comes first and does nothing
     relaxation_direction: RelaxationDirection | None = None  # direction of the Taubin steps; None takes it from the noise
-    outliers: Outliers | None = None  # treatment of outliers; None chooses it, too
+    outliers: Outliers | None = None  # treatment of outliers; None takes it from the mesh
 
     def narrowed(
         self,
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with the given values fixed. Given filter parameters exclude Taubin steps without a chain."""
+        """Returns the repertoire with the given values fixed; with filter parameters, Taubin steps alone are left out."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -91,8 +91,8 @@ class Repertoire(NamedTuple):
         )
 
 
-#: The whole repertoire. Taubin steps even out noise along the surface, which normal filtering leaves. Truncated kernels keep
-#: edges; more noise needs wider ones. The Huber kernel over few neighbours suits figures.
+#: The whole repertoire. Taubin steps reduce noise along the surface; normal filtering does not. Truncated kernels keep edges;
+#: more noise needs wider kernels. The Huber kernel over few neighbours suits figures.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
@@ -124,8 +124,8 @@ FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring
 class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
-    `labels` has one row for each family: Taubin steps alone, and each chain after each number of Taubin steps. `alone` adds
-    families that move only replaced outliers: to their predicted positions, and by each chain after that.
+    `labels` has a list for each family: for Taubin steps alone, and for each chain after each number of Taubin steps. With
+    `alone`, further families move only the replaced outliers: one to their predicted positions, the others then by a chain.
     """
 
     def __init__(
@@ -137,13 +137,13 @@ class SettingsTried:
         alone: bool = False,
         rounding: RoundingPolicy = "keep",
     ) -> None:
-        """Lists the labels and builds the adjacency. The rim of a patch does not count as a border."""
+        """Lists the labels and builds the adjacency. If the scan consists of patches, their rims are no borders."""
         direction = of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
 
         def family(relaxation: int, chain: Chain, outliers: Outliers) -> list[Setting]:
-            its = (replace(chain[0], outer_iterations=stop) for stop in chain[1])
-            return [Setting(relaxation, direction, each, outliers, rounding) for each in its]
+            parameters = (replace(chain[0], outer_iterations=stop) for stop in chain[1])
+            return [Setting(relaxation, direction, each, outliers, rounding) for each in parameters]
 
         self.labels = [[Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin]]
         self.labels += [family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains]
@@ -159,15 +159,15 @@ class SettingsTried:
                 self._adjacency.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
-        """Returns the results for (n, 3) points of ordinary size, by families.
+        """Returns for each family its results for (n, 3) points in mean edges; `held` are the held-out vertices.
 
-        The families that move only outliers also move the held-out vertices, from the position that a quadric predicts. Their
-        error then shows how well such a family restores an outlier.
+        The families that move only outliers also move the held-out vertices, from the positions that a quadric predicts. The
+        errors of the held-out vertices then show how well such a family restores an outlier.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):
-            more = steps - before
-            fair[steps] = taubin_fairing(fair[before], scan.faces, iterations=more, border=self._border, movable=scan.movable)
+            added = steps - before
+            fair[steps] = taubin_fairing(fair[before], scan.faces, iterations=added, border=self._border, movable=scan.movable)
         if self._outline.any():
             fair = {steps: outline_kept(points, moved, scan.normals, self._outline) for steps, moved in fair.items()}
         starts = {k: along_normals(points, fair[k], scan.normals) if self._along else fair[k] for k in of.relaxations}

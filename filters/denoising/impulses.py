@@ -1,6 +1,6 @@
 """Removes impulse noise: a few vertices far off the surface, as from stray measurements, which edge-preserving filters keep.
 
-`points` are vertices in mean edges, `normals` are those of a smoothed copy, and masks of vertices are (n,) arrays.
+`points` are coordinates in mean edges, `normals` the vertex normals of a smoothed copy; masks of vertices are (n,) arrays.
 """
 
 import math
@@ -22,11 +22,11 @@ from .noise_level import smooth_normals
 #: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# The search for outliers is repeated up to `_SEARCHES` times, or until at most this share of them changes.
+# Outliers are searched up to `_SEARCHES` times, or until at most this share of the outliers changes from one search to the next.
 _SEARCHES, _STEADY_SHARE = 4, 0.02
-# Large outliers hide smaller ones: up to `_PASSES` passes, or until a pass finds at most this share of all vertices.
+# Large outliers hide smaller ones, so a search has up to `_PASSES` passes, until one finds at most this share of all vertices.
 _PASSES, _LAST_SHARE = 20, 1e-4
-_ROUNDING = 1e-6
+_ROUNDING = 1e-6  # smaller changes of roughness are rounding errors
 
 
 def without_outliers(
@@ -40,11 +40,11 @@ def without_outliers(
 ) -> Floats:
     """Returns (n, 3) vertices filtered by `smooth` without the influence of outliers; "keep" just filters once.
 
-    1. `replace_outlying` moves outliers to predicted positions; the filter then gives z. 2. At edges the prediction finds false
-    outliers and misses true ones, an edge-preserving filter does not. So new candidates are the vertices `far_from` z, and the
-    previous outliers, since a filter that removes details is far from all vertices. Candidates that are `flattening` on z, after
-    `put_back_along`, are outliers. They move there, other vertices return to the input, and the filter runs again: a few times,
-    since missed outliers mislead it, or once if some vertices are `certain` to be outliers, as in a trial with held-out ones.
+    1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
+    errs, an edge-preserving filter does not. 2. So the vertices `far_from` z are new candidates. The previous outliers stay
+    candidates, as no vertex stands out after a filter that removes details. 3. In z, candidates are moved by `put_back_along`.
+    Those whose move to z is `flattening` are outliers and move there. 4. All others return to the input; the filter runs again.
+    Missed outliers mislead it, so 2 to 4 are repeated; not in a trial, where held-out vertices are `certain` to be outliers.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -71,9 +71,9 @@ def without_outliers(
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
     """Returns (n,) which vertices are much farther from the (n, 3) smoothed ones, along the normals, than their surroundings.
 
-    The level is three deviations of the vertices that are not `outlying`, at least 0.05 edges. Let m be the median of the heights
-    h in two rings and d that of |h - m|. A vertex is far if |h| is above the level and |h - m| above the level and 4 d. This
-    excludes places that the filter changes as a whole, such as a rounded edge. The search repeats without the vertices found.
+    h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three deviations
+    of h over the vertices that are not `outlying`, at least 0.05 edges. A vertex is far if |h| and |h - m| exceed the level, and
+    |h - m| exceeds 4 d: so vertices that move together, as at a rounded edge, are not. Repeats without the vertices found.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -115,9 +115,9 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """Returns (n, 3) the vertices, outliers moved along the surface by a share of the way to the mean of their neighbours.
+    """Returns (n, 3) the vertices, outliers moved along the surface by a share of the offset to the mean of their neighbours.
 
-    The share (s^2 - t^2) / s^2 is the best one [james1961]; s and t are the root mean square ways of outliers and other vertices.
+    The share (s^2 - t^2) / s^2 is the best [james1961]. s is the root mean square offset of outliers, t that of other vertices.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -125,23 +125,23 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     rings, indices = one_rings(faces, len(vertices)), np.arange(len(vertices), dtype=np.int32)
     border = rings.along_border()
     inside, along = (means_of_others(vertices, near, indices, outlying) for near in (rings, border))
-    ways = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
-    ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
+    offsets = np.where(np.diff(border.offsets)[:, None] > 0, along, inside) - vertices
+    offsets -= np.einsum("ij,ij->i", offsets, normals)[:, None] * normals
     # In mean edges, so that squares neither underflow nor overflow.
-    lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
+    lengths = np.linalg.norm(offsets / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    # Slightly longer ways may be chance.
+    # Slightly longer offsets of outliers may be chance.
     share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
-    return np.where(outlying[:, None], vertices + share * ways, vertices)
+    return np.where(outlying[:, None], vertices + share * offsets, vertices)
 
 
 def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     """Returns (n,) which vertices have a large residual and make the prediction of their neighbours worse.
 
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
-    the median of two rings, and above three times the deviation of the mesh, median s / 0.6745. It is an outlier if the sum of
-    s^2 of its neighbours falls without it: this holds for the tip of a spike, but not for the tip of a cone. The search is
-    repeated without the outliers found so far. In Gaussian noise about one vertex in a thousand is an outlier.
+    the median of two rings, and above three standard deviations of the mesh, which are median(s) / 0.6745. A candidate is an
+    outlier if the sum of s^2 over its neighbours falls when they are predicted without it: so the tip of a spike is one, the tip
+    of a cone is not. The search is repeated without the outliers found. In Gaussian noise it finds one vertex in a thousand.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
@@ -165,7 +165,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """Returns the median absolute `height_residuals` beside outliers and elsewhere: alike for impulses, not for uneven noise."""
+    """Returns median absolute `height_residuals` beside outliers and elsewhere: nearly equal unless the noise is uneven."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))
@@ -176,18 +176,18 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
     """Returns (n,) which vertices of the mask `which` make the surface flatter if they move to their (n, 3) `moved` positions.
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
-    spike lowers it, rounding or denting an edge does not. Among adjacent vertices only the one with the largest gain moves. The
-    test is then repeated for all vertices; a moved one may go back.
+    spike lowers the roughness, rounding or denting an edge does not. Among adjacent vertices only the one that lowers it most
+    moves. The test is then repeated for all vertices; moved vertices may move back.
     """
-    gone = np.zeros(len(points), dtype=np.bool_)
+    is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)
     if not len(candidates):
-        return gone
+        return is_moved
     at_vertices, across = vertex_faces(faces, len(points)), faces_across(faces)
     a, b = edges(faces).T
     now, gains = points.copy(), np.zeros(len(points))
     for _ in range(_PASSES):
-        other = np.where(gone[:, None], points, moved)
+        other = np.where(is_moved[:, None], points, moved)
         over_range(_measure_gains, len(candidates), now, other, faces, at_vertices, across, candidates, gains)
         best = gains.copy()
         np.maximum.at(best, a, gains[b])
@@ -196,8 +196,8 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
         if not turned.any():
             break
         now[turned] = other[turned]
-        gone ^= turned
-    return gone
+        is_moved ^= turned
+    return is_moved
 
 
 @compiled(nogil=True)
@@ -217,6 +217,7 @@ def _measure_gains(
 
 @compiled(nogil=True)
 def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
+    """|n_f - n_g| with vertex i at its place in `places`, all others at those in `points`."""
     corners = np.empty((6, 3))
     for corner in range(6):
         j = faces[f, corner] if corner < 3 else faces[g, corner - 3]

@@ -25,14 +25,14 @@ SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 
 #: "mean": the weight is the area [belyaev2001]. "unilateral": area times a kernel of the deviation of normals [yadav2021].
-#: "bilateral": the same times a kernel of the distance [zheng2011]. "averaged": bilateral, with deviations of normals averaged
-#: over the faces that share a vertex. "guided": bilateral, with deviations of guide normals [zhang2015]. "vertex_normals":
-#: bilateral on vertex normals, whose mean is the normal of a face; for comparison only.
+#: "bilateral": this times a kernel of the distance [zheng2011]. "averaged": bilateral, but deviations are between the means of
+#: normals over the faces that share a vertex. "guided": bilateral, but deviations are between guide normals [zhang2015].
+#: "vertex_normals": bilateral on vertex normals; a face gets the mean of those at its corners; for comparison only.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 # About this number of neighbours is weighted at once: few enough to stay in the cache.
 _BATCH = 256
-# This share of the trace is added to the second moments of the centres, so that faces in a row have a trend along the row only.
+# The ridge of the trend fit, as a share of the trace of the second moments: it suppresses a trend across faces in a row.
 _RIDGE = 0.02
 # The mean moves towards the trend by the share 1 - `_SHRINKAGE` * variance / squared shift, at least 0 [james1961].
 _SHRINKAGE = 2.0
@@ -61,8 +61,8 @@ class NormalFilter:
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge. Larger smooths larger details,
             as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: the faces to average over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
-            With "vertex_normals" it means rings of vertices, one for "edge" and "vertex"; distances are then in mean edges.
-        radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
+            With "vertex_normals": rings of vertices (one ring for "edge" and "vertex"), and distances are in mean edges.
+        radius: radius of the neighbourhoods "radius" and "geodesic", in mean distances of centres of adjacent input faces.
         normal_iterations: number of filter passes. More smooth more.
 
     Raises:
@@ -96,7 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether renumbering the faces changes no bit. It may change ties of 'guided' and sums of 'vertex_normals'."""
+        """Whether renumbering the faces changes no bit of the result: not with 'guided' (ties) and 'vertex_normals' (sums)."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Other methods measure a deviation of 0 of a face from itself, which outweighs all others in a kernel such as 1 / x.
+            # In other methods a face deviates by 0 from itself: in a kernel such as 1 / x its own weight would exceed all others.
             settings.method in ("averaged", "guided"),
         )
 
@@ -144,13 +144,13 @@ def weighted_normals(
 ) -> Floats:
     """Returns (m, 3) n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j); a normal stays if all its weights are 0.
 
-    The (m, 8) table of `measure_faces` has A and c; its normals are overwritten. The deviation x_ij is measured on the (m, 3)
-    guide, or on the normals without one. At faces that are `cut_off` by a border the mean follows a trend, see `_follow_trend`.
+    The (m, 8) table of `measure_faces` has A and c; its normals are overwritten. x_ij is the deviation of the (m, 3)
+    `guide` normals if given, else of the normals. At faces `cut_off` by a border the mean follows a trend, see `_follow_trend`.
     """
     result = np.empty_like(normals)
-    # The table row then has nearly all that the kernel reads of a neighbour.
+    # So the kernel reads nearly everything about a neighbour from one table row.
     table[:, NORMAL] = normals if guide is None else guide
-    # The arrays of `_neighbour_weights` have room for the largest neighbourhood, and some more.
+    # The arrays of `_neighbour_weights` have room for the largest neighbourhood and `_BATCH` more.
     size = _BATCH + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
     arguments = table if guide is None else normals, table, neighbourhoods, weighting, size, result
     over_range(_weighted_means, len(normals), *arguments)
@@ -228,7 +228,7 @@ def _make_room(size: int) -> _Room:
 
 @compiled(nogil=True)
 def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: int) -> int:
-    """Returns the end of the range of faces from `first` on whose neighbours fit into the arrays; at least one face."""
+    """Returns the end of the longest range of faces from `first` whose neighbours fit into the arrays; at least one face."""
     stop = first + 1
     while stop < last and offsets[stop + 1] - offsets[first] + (stop + 1 - first if itself else 0) <= room:
         stop += 1
@@ -241,7 +241,7 @@ def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: 
 def _neighbour_weights(
     first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: _Room
 ) -> int:
-    """Writes the neighbours of some faces, the face itself first, and their weights, areas times kernels; returns the count."""
+    """Fills `room` with neighbours of faces (if `itself`, each face first) and weights, area times kernels; returns the count."""
     offsets, neighbours = neighbourhoods
     range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
     near, weights, squares, distances = room
@@ -297,8 +297,8 @@ def _follow_trend(
     """Replaces the weighted mean of normals of some faces by the value of a linear fit at the face centre.
 
     With the weights w_j of the mean and x_j = c_j - c_i, least squares fit the normals n_j by b + G x_j, with a ridge on G
-    [cleveland1979]. The mean a differs from the fit b at the face by G times the mean x, which is far from 0 at a border. The
-    residuals give the variance s^2 of b - a. The result is a + max(0, 1 - 2 s^2 / |b - a|^2) (b - a): without a clear trend a.
+    [cleveland1979]. The mean a differs from the fit b by G times the mean of x_j, and at a border this mean is far from 0. The
+    residuals give the variance s^2 of b - a. The result is a + max(0, 1 - 2 s^2 / |b - a|^2) (b - a): a if no trend is clear.
     """
     room = _make_room(size)
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -325,7 +325,7 @@ def _follow_trend(
         ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
         for u in range(3):
             second[u, u] += ridge
-        # The effective number of neighbours: the mean of this number of equal weights has the same variance.
+        # The effective number of neighbours: a mean of this many with equal weights would have the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _COEFFICIENTS and ridge > 0.0):
             continue
@@ -365,10 +365,10 @@ def _factor(matrix: Floats) -> None:
     """Replaces the lower triangle of a positive definite matrix by its Cholesky factor."""
     for a in range(3):
         for b in range(a + 1):
-            rest = matrix[a, b]
+            remainder = matrix[a, b]
             for c in range(b):
-                rest -= matrix[a, c] * matrix[b, c]
-            matrix[a, b] = math.sqrt(rest) if a == b else rest / matrix[b, b]
+                remainder -= matrix[a, c] * matrix[b, c]
+            matrix[a, b] = math.sqrt(remainder) if a == b else remainder / matrix[b, b]
 
 
 @compiled(nogil=True)

@@ -13,12 +13,12 @@ from ..mesh import Bools, Floats, Ints, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
-#: The M-estimators with a finite weight at 0. Divided by it, their weights are edge-stopping functions, g(0) = 1 [black1998].
+#: The M-estimators with a finite weight at 0. Divided by this weight, they are edge-stopping functions: g(0) = 1 [black1998].
 EdgeStop: TypeAlias = Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"]
 EDGE_STOPS: tuple[EdgeStop, ...] = get_args(EdgeStop)
 
-#: The automatic contrast in deviations of the differences. With it x g(x) is largest at one deviation, for every g [black1998]
-#: but "truncated_l2", which would treat a third of the noise as edges.
+#: The automatic contrast in deviations of the differences; 1 if not listed. It puts the largest x g(x) at one deviation
+#: [black1998], except for "truncated_l2": there a third of the noise would count as edges.
 _CONTRAST_IN_DEVIATIONS: dict[EdgeStop, float] = {
     "gaussian": math.sqrt(2.0),
     "tukey": math.sqrt(5.0),
@@ -37,15 +37,15 @@ def perona_malik(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Repeats I_s <- I_s + step sum_p g(|I_p - I_s|) (I_p - I_s) over the neighbours p of s, for all vertices at once.
+    """Diffuses values I: repeats I_s <- I_s + step sum_p g(|I_p - I_s|) (I_p - I_s), p the neighbours of s, for all s at once.
 
     g(x) is 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast. Other
     M-estimators stop diffusion at edges entirely ("tukey", "truncated_l2", "hampel"), partly ("huber") or not at all ("l2"). For
     vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Vertices do not move, and
     distances between them do not matter.
 
-    What flows to s leaves p: the sum of the values over all vertices stays, if all may change. No value leaves the range of the
-    input, because the longest allowed step makes each new value a mean of old ones.
+    What flows to s leaves p, so the sum over all vertices stays the same if all may change. No value leaves the range of the
+    input, because up to the longest allowed step each new value is a mean of old values.
 
     Args:
         values: (n,) or (n, k) finite values, one or k per vertex.
@@ -60,8 +60,8 @@ def perona_malik(
         progress: called after every step.
 
     Returns:
-        float64 of the shape of `values`. Fixed values keep every bit, and so do those of vertices without a face. Deterministic,
-        for any number of threads.
+        float64 of the shape of `values`. Fixed values, and values of vertices without a face, keep every bit. Deterministic for
+        any number of threads.
 
     Raises:
         FilterInputError: shapes that do not fit, values that are not finite, a parameter out of range.
@@ -87,7 +87,7 @@ def perona_malik(
         check_positive("contrast", contrast, note="; None takes it from the values")
     now, following = start.copy(), start.copy()
     kernel: KernelName = edge_stop
-    sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # its sigma^2 is c^2 / 2; here c is 1
+    sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # the Lorentzian has sigma^2 = c^2 / 2; here c is 1
     with threads_for(len(start)):
         for iteration in range(steps if contrast > 0.0 else 0):
             _diffuse(now, following, moves, rings, KERNEL_CODES[kernel], sigma, contrast, step)
@@ -130,14 +130,14 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
         raise FilterInputError(f"faces must be an (m, 3) array of whole numbers, got shape {faces.shape} of {faces.dtype}")
     elif faces.min() < 0 or faces.max() >= len(values):
         raise FilterInputError(
-            f"faces name the vertices {faces.min()} to {faces.max()}, but the values are of 0 to {len(values) - 1}"
+            f"faces name the vertices {faces.min()} to {faces.max()}, but there are values for 0 to {len(values) - 1}"
         )
     columns = np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1))
     bad = ~np.isfinite(columns).all(axis=1)
     if bad.any():
         raise FilterInputError(
             f"{int(bad.sum())} of {len(values)} vertices have a value that is not finite, the first is vertex "
-            f"{int(bad.argmax())}: give them values first"
+            f"{int(bad.argmax())}: give these vertices values first"
         )
     return columns, np.ascontiguousarray(faces, dtype=np.int32)
 

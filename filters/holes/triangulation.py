@@ -32,10 +32,10 @@ class VertexPairs(NamedTuple):
     """Unordered pairs of vertices 0 to size - 1."""
 
     size: int  # number of vertices
-    keys: Longs  # (p,) ascending, i size + j for each pair (i, j), in both directions
+    keys: Longs  # (p,) i size + j for each pair (i, j) and for (j, i), ascending
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
-        """The pairs within the distinct vertices `chosen`, as indices of `chosen`."""
+        """The pairs of two of the distinct vertices `chosen`, as indices into `chosen`."""
         place = np.full(self.size, -1, dtype=np.int64)
         place[chosen] = np.arange(len(chosen))
         first, second = place[self.keys // self.size], place[self.keys % self.size]
@@ -70,7 +70,7 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """Joins the islands to the rim, the nearest first, each by the shortest cut to the polygon so far; `opposite` is -1 at cuts.
 
-    A vertex appears as several corners where a cut ends, or where it alone attaches a part of the surface. The polygon starts
+    A vertex is several corners if a cut ends there, or if only this vertex attaches a part of the surface. The polygon starts
     after the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
@@ -95,7 +95,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """The pairs of corners of a polygon with an edge in the mesh, except its sides; `neighbours` of each distinct vertex."""
+    """The pairs of corners that mesh edges join, except sides of the polygon; `neighbours` has a list for each vertex."""
     k = len(corners)
     distinct, index = np.unique(corners, return_inverse=True)
     n = len(distinct)
@@ -110,7 +110,7 @@ def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
 
 
 def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) vertices of triangles that close the polygon without a diagonal in `joined`; None if none is found."""
+    """(b, 3) vertices of triangles that close the polygon without a diagonal in `joined`; None if this fails."""
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
     forbidden = joined
@@ -203,7 +203,7 @@ class RimTriangles(NamedTuple):
         return beyond
 
     def enter(self, places: Iterable[int], triangles: Ints) -> None:
-        """Writes triangles to the rows `places`; triangles that were there must cover the same area."""
+        """Writes triangles to the rows `places`; the triangles that were there must have covered the same area."""
         self.triangles[list(places)] = triangles
         for t, row in zip(places, triangles.tolist(), strict=True):
             self.holder.update(dict.fromkeys(_sides(row), t))
@@ -279,32 +279,32 @@ def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
     best, best_i, best_j = np.inf, -1, -1
     for i in range(n):
         for j in range(i + n // 4, min(n, i + n - n // 4)):
-            way = min(along[j] - along[i], along[n] - along[j] + along[i])
+            rim_length = min(along[j] - along[i], along[n] - along[j] + along[i])
             length = np.sqrt(squared_length(p, i, j))
-            if length > 0.0 and length < best * way and not is_pair(forbidden, part[i], part[j]):
-                best, best_i, best_j = length / way, i, j
+            if length > 0.0 and length < best * rim_length and not is_pair(forbidden, part[i], part[j]):
+                best, best_i, best_j = length / rim_length, i, j
     return best_i, best_j
 
 
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) -> Ints | None:
     """Triangulates a closed polygon so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
-    Dynamic programming in O(k^3): the best triangulation of the part from i to j is the triangle (i, m, j), for the best vertex m
-    between, with the best ones from i to m and from m to j. Dihedral angles at the sides count too. Arguments as for
-    `triangulate_rim`, except that `forbidden` is (k, k) and the coordinates are scaled to the order of 1.
+    Dynamic programming in O(k^3): the best triangulation of the part from i to j is the triangle (i, m, j) and the best
+    triangulations from i to m and from m to j, for the best vertex m between. Dihedral angles at the sides count too. Arguments
+    as for `triangulate_rim`, except that `forbidden` is (k, k) and the coordinates are scaled to the order of 1.
     """
     n = len(points)
     angle, third = np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32)
     _solve(np.concatenate([points, opposite]), forbidden, angle, angle.copy(), np.zeros((n, n, 3)), third)
     if third[0, n - 1] < 0:
         return None
-    triangles, rest = [], [(0, n - 1)]
-    while rest:
-        i, j = rest.pop()
+    triangles, remaining = [], [(0, n - 1)]
+    while remaining:
+        i, j = remaining.pop()
         if j - i > 1:
             m = int(third[i, j])
             triangles.append((i, m, j))
-            rest += [(m, j), (i, m)]
+            remaining += [(m, j), (i, m)]
     return np.array(triangles, dtype=np.int32)
 
 

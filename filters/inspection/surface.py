@@ -24,7 +24,7 @@ _LEAF = 4
 _STACK = 64
 #: The search skips boxes that are further than the nearest triangle so far by this factor, which exceeds all rounding errors.
 _SLACK = 1.0 + 1e-9
-#: Smaller differences of squared distances are rounding errors, as a share of the squared size of the coordinates.
+#: Differences of squared distances below this share of the squared size of the coordinates are rounding errors.
 _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """(q,) the nearest faces (ties: the lowest) of (q, 3) points, (q, 2) weights of the last two corners, (q,) distances."""
+        """(q,) the faces nearest to (q, 3) points (of equals the first), (q, 2) weights of their last corners, (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
@@ -193,10 +193,10 @@ class Surface:
         return cls(normalised_mesh(points, triangles[proper]), proper)
 
     def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
-        """Returns the exact nearest place to each of (q, 3) points; among equally near places that of the lowest face.
+        """Returns the exact nearest place to each of (q, 3) points; of equally near places, the one on the face of lowest index.
 
-        The sign is the side of the face; at an edge or a vertex it is the side of the sum of the adjacent normals, weighted by
-        angle at a vertex. So it is right for every point around a closed surface [baerentzen2005].
+        The sign is negative behind the face. At an edge or a vertex, the sum of the adjacent normals decides, weighted by angle
+        at a vertex: so the sign is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
         places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
@@ -229,10 +229,10 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """(t,) upper bounds of the local distances in triangles with (t, 3, 3) corners at (t, 3) distances.
+        """(t,) upper bounds of the local distance from the surface in triangles: (t, 3, 3) corners at (t, 3) distances.
 
-        Each place is within the longest side over sqrt(3) of a corner (Jung's theorem), so its distance is at most that much
-        larger. The distance from a triangle of `mesh`, tried for (t, k) `beside`, is convex, so it is largest at a corner.
+        Each place is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance is at most that much
+        larger. A second bound: the distance from one triangle of `mesh` (of (t, k) `beside`) is convex, so largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)

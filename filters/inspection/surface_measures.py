@@ -19,9 +19,9 @@ from ..topology import connected_components, corner_at, faces_by_edge, listed_ed
 class SurfaceMeasures:
     """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
 
-    A measure is None if it is not defined, as the volume of a mesh with a border. A face that names a vertex twice counts only in
-    `faces` and `degenerate_faces`. Edges of polylines are measured in meshes without faces; in other meshes they only count as
-    references to their vertices.
+    A measure is None if it is not defined, such as the volume of a mesh with a border. A face that names a vertex twice counts
+    only in `faces` and `degenerate_faces`. Edges of polylines are measured in meshes without faces; in other meshes they only
+    count as references to their vertices.
     """
 
     vertices: int  # number of all vertices
@@ -40,7 +40,7 @@ class SurfaceMeasures:
     genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
     diagonal: float  # diagonal of the bounding box of all vertices
     area: float  # area of all faces
-    volume: float | None  # sum of det(a, b, c) / 6, faces counter-clockwise from outside; only of closed, oriented meshes
+    volume: float | None  # sum of det(a, b, c) / 6, above 0 if faces look outwards; only of closed, oriented meshes
     mean_edge: float | None  # mean edge length
     # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane, larger is rougher
     roughness: float | None
@@ -58,7 +58,7 @@ class Connectivity:
     proper: Ints  # (p, 3) the faces that name three different vertices
     pairs: Ints  # (k, 2) the edges of the faces, or of the polylines in a mesh without faces, each once
     neighbours: Ints  # (q, 2) the two `proper` faces of each edge with exactly two
-    oriented: bool  # whether all these pairs are coherently oriented
+    oriented: bool  # whether the two faces of every such edge are coherently oriented
     used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
     unreferenced: int  # number of vertices in no face and no edge
     border: int  # number of edges with exactly one face
@@ -112,7 +112,7 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
 
 @compiled(nogil=True)
 def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple[Ints, bool]:
-    """(n,) the number of fans at each vertex, linked by edges with two faces; and whether linked faces agree on the outside."""
+    """(n,) the number of fans (faces linked by edges with two faces) at each vertex; whether linked faces agree on outside."""
     parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
     oriented = True
     for p in range(neighbours.shape[0]):
@@ -229,7 +229,7 @@ def _measure(points: Floats, faces: Ints, normals: Floats, doubled: Floats, qual
         q = math.sqrt(squared_length(points, a, c))
         r = math.sqrt(squared_length(points, b, c))
         if doubled[f] > 0:
-            # R = p q r / (4 A) and doubled = 2 A.
+            # `triangle_shapes`, with the circumradius R = p q r / (4 A) and `doubled` = 2 A.
             quality[f] = min(1.0, 2 / math.sqrt(3) * doubled[f] / (p * q * r / min(p, q, r)))
 
 

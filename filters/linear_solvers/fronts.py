@@ -19,7 +19,7 @@ from .nested_dissection import PARTS, dissected
 _BLOCK, _TOGETHER = 8, 4
 #: Columns of a panel, eliminated before later columns are updated; and columns of a strip, the unit of these updates.
 _PANEL, _STRIP = 64, 32
-#: A row of a front is as much work as this many vertices elsewhere: it decides whether threads pay.
+#: The work on a row of a front, in vertices of other kernels; compared with `SERIAL_BELOW`, it decides whether threads pay.
 _WORK = 64
 
 
@@ -34,7 +34,7 @@ class Fronts(NamedTuple):
     order: Ints  # (n,) the row of the matrix at each place
     places: Ints  # (n,) the place of each row
     firsts: Longs  # (groups + 1,)
-    lows: Longs  # (groups,) the first row of the subtree below each group; the group takes up the waiting updates from there
+    lows: Longs  # (groups,) the first row of the subtree below each group; the group adds the updates that wait from this subtree
     starts: Longs  # (groups + 1,)
     rows: Ints  # the updated rows, ascending in each group
     numbers: Longs  # (groups + 1,) where the entries of L of each group begin
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Factorises a matrix of this pattern or a part of it: L, the columns of each group from the diagonal on, and D, (n,)."""
+        """Returns L (by groups, each column from the diagonal on) and D, (n,), of a matrix with this pattern or a part of it."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
@@ -135,9 +135,9 @@ def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
     for g in range(lows.shape[0]):
         end = firsts[g + 1]
         if at + n > rows.shape[0]:
-            more = np.empty(2 * rows.shape[0] + n, dtype=np.int32)
-            more[:at] = rows[:at]
-            rows = more
+            larger = np.empty(2 * rows.shape[0] + n, dtype=np.int32)
+            larger[:at] = rows[:at]
+            rows = larger
         for k in range(firsts[g], end):
             for p in range(matrix.indptr[order[k]], matrix.indptr[order[k] + 1]):
                 r = places[matrix.indices[p]]
@@ -162,7 +162,7 @@ def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
 
 @compiled(nogil=True)
 def _triangle(rows: int) -> int:
-    """The number of entries on and below the diagonal."""
+    """The number of entries on and below the diagonal of a square matrix."""
     return rows * (rows + 1) // 2
 
 
@@ -243,7 +243,7 @@ def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
 def _assemble(
     matrix: CompressedRows, order: Ints, places: Ints, first: int, eliminated: int, rows: Ints, local: Ints, front: Floats
 ) -> None:
-    """Copies the matrix entries of a group to its front, on and below the diagonal; `local` gets the place of each row there."""
+    """Copies the matrix entries of a group to its front, on and below the diagonal; `local` gets each row's index in it."""
     for k in range(eliminated):
         local[first + k] = k
     for k in range(rows.shape[0]):

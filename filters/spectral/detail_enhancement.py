@@ -17,7 +17,7 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: Thickness is measured until the bound b is this many displacements; f then shortens them by 2 %, 1 - tanh(x) / x at x = 1/4.
+#: Thickness is measured until b is this many displacements: f then shortens them by only 2 %, as tanh(x) / x is 0.98 at 1/4.
 _BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3
@@ -60,8 +60,8 @@ def enhance_details(
 ) -> EnhancedDetails:
     """Amplifies the relief of a surface along the normals of its base shape: p' = p + f((gain - 1) s h) n, h the relief's height.
 
-    1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the base shape K_long p.
-    2. h = r - K_long r with r = n . (K_short p - K_long p). Without the subtraction a bulge would grow as a whole.
+    1. The low passes K_short and K_long halve the ends of the band, see `low_pass`. n are the normals of the base shape K_long p.
+    2. h = r - K_long r with r = n . (K_short p - K_long p). Without - K_long r a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
        both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.
     4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
@@ -155,7 +155,7 @@ def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float |
 
 
 def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
-    """(k,) 3 x^2 - 2 x^3 with x = min(1, distance / width), the distance along edges to the nearest border vertex."""
+    """(k,) factors from 0 at borders to 1 from `width` on: 3 x^2 - 2 x^3, x the distance along edges to a border over `width`."""
     border: Ints = np.flatnonzero(border_vertices(mesh.cells, len(mesh))).astype(np.int32)
     if len(border) == 0:
         return np.ones(len(mesh))
@@ -180,7 +180,7 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
     else. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy, and at
     least `SHORTEST` mean edges. At least one triangle must have an area.
     """
-    # In units of the mean edge, because the band edges are the same numbers for every mesh.
+    # In units of the mean edge, since the bands of a spectrum are at the same frequencies for every mesh.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
     edges = measured.band_edges
     wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])

@@ -1,10 +1,10 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator [hammond2011].
 
-A Chebyshev series p approximates the response F(sqrt kappa) on [0, b], where b bounds all eigenvalues. The recurrence
-T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) sums up p(M^-1 S) v. It runs on the symmetric D = M^-1/2 S M^-1/2 and M^1/2 v, so the error
-of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. For the default low pass and an error of 1e-6 the
-degree is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and with thinner triangles. The degree of a series
-in 1 / (kappa + sigma) does not depend on b, but each of its terms takes a solve.
+M is the mass matrix, S the Dirichlet matrix, and b bounds all eigenvalues kappa of M^-1 S. A Chebyshev series p approximates the
+response F(sqrt kappa) on [0, b], and T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) sums up p(M^-1 S) v. This runs on D = M^-1/2 S M^-1/2
+and M^1/2 v. D is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The degree
+for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and with
+thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each of its terms takes a solve.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..mesh import Floats, Ints
 from .problem import Response, SpectralProblem
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
-#: Beyond this degree a polynomial takes longer than a rational function with factors; see docs/solvers.md.
+#: Beyond this degree a polynomial takes longer than a rational function with Cholesky factors; see docs/solvers.md.
 MOST_PRODUCTS = 1_000
 #: The rounding error per degree, as a share of the result.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
@@ -61,8 +61,8 @@ def filter_without_eigenvectors(
         problem: S, M and the components, n rows.
         values: v, (n,) or (n, k).
         response: F.
-        tolerance: the largest error in the M-norm, as a share of |v - means|_M; solves may add a third. Below 1e-12 rounding
-            exceeds it. The time grows with the logarithm of 1 / tolerance.
+        tolerance: the largest error in the M-norm, as a share of |v - means|_M; solves may add a third. Below 1e-12 the
+            rounding errors are larger. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the cutoff wavelength has edges, and more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
@@ -149,7 +149,7 @@ def _split_at_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, 
 
 #: `_POLES` poles are tried, from `_LOWEST_POLE` times the lowest squared cutoff to `_HIGHEST_POLE` times the highest one.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
-_LARGEST_DEGREE = 400
+_LARGEST_DEGREE = 400  # of a rational series
 #: Systems of at most this many rows are factorised, which takes up to a second.
 LARGEST_FACTORS = 120_000
 #: The error that all solves together may add, as a share of the tolerance.
@@ -157,7 +157,7 @@ _SHARE_OF_SOLVES = 0.3
 
 
 def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevSeries, float]:
-    """Returns the shortest series of a response in t = 2 sigma / (kappa + sigma) - 1 on all kappa >= 0, and its sigma."""
+    """Returns the shortest series of a response in t = 2 sigma / (kappa + sigma) - 1 on all kappa >= 0, and its pole sigma."""
     lowest, highest = _LOWEST_POLE * response.cutoffs[0] ** 2, _HIGHEST_POLE * response.cutoffs[-1] ** 2
     series = [(_series(response, pole, tolerance), float(pole)) for pole in np.geomspace(lowest, highest, _POLES)]
     return min(series, key=lambda pair: (pair[0].error > tolerance, pair[0].degree, pair[0].error))
@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # 4 sum_{j > k} |c_j| (j - k): R has the factor 4 in T_{k+1}, and its error then grows like the polynomials U.
+    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}, and its error grows like the polynomials U.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
@@ -192,7 +192,7 @@ def rational_filter(
     error = 0.0
     for k in range(degree):
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
-        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R R T_{k-1} is close to R T_{k-1}, which is smooth already.
+        # The guess for R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2} takes R R T_{k-1} as R T_{k-1}, which is smooth already.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
         image, solve_error = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
@@ -205,7 +205,7 @@ def rational_filter(
 
 
 class _System:
-    """Solves A x = sigma M b for A = S + sigma M, by factors up to `LARGEST_FACTORS` rows, else by multigrid."""
+    """Applies R = sigma A^-1 M for A = S + sigma M, by Cholesky factors up to `LARGEST_FACTORS` rows, else by multigrid."""
 
     def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole
@@ -218,7 +218,7 @@ class _System:
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
-        """Returns R b and its error in the M-norm, which should be at most `allowed`."""
+        """Returns R v of the values v and its error in the M-norm, which should be at most `allowed`."""
         right = (self._pole * self._mass)[:, None] * values
         if self._factors is not None:
             x = self._factors.solve(right)
@@ -245,7 +245,7 @@ class _System:
 
 
 def m_norm(mass: Floats, values: Floats) -> float:
-    """|v|_M = sqrt(sum_i m_i |v_i|^2), summed in a fixed order."""
+    """The norm |v|_M = sqrt(sum_i m_i |v_i|^2), summed in a fixed order."""
     return math.sqrt(float((mass * (values * values).sum(axis=1)).sum()))
 
 
@@ -253,15 +253,15 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # kappa = sigma tan^2(theta / 2): the smaller of the angles from 0 to the lowest cutoff and from the highest one to pi.
+    # With kappa = sigma tan^2(theta / 2): the smaller angle theta, from 0 to the lowest cutoff or from the highest to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
 
 
-#: The fewest samples, and the samples per 1 / width.
+#: The least number of samples of a function, and the number of samples times its `width`.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
-#: Coefficients below this share of the largest are rounding.
+#: Coefficients below this share of the largest are rounding errors.
 _NOTHING = 1e-15
 
 
@@ -311,18 +311,17 @@ def chebyshev_series(
 
 #: Rounding may raise norms above their bound by this factor.
 _GROWTH = 1.0 + 1e-6
-_CHECKED_EVERY = 16
+_CHECKED_EVERY = 16  # products between two checks of the norm
 #: The highest degree that is tried.
 LARGEST_DEGREE = 100_000
 #: Steps of Lanczos's method, and the factor on its result.
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
 #: With fewer rows the processor's caches hold most operands of a product, whatever the order of the rows.
 FITS_IN_CACHE = 200_000
-#: A large matrix is reordered if more than this share of its entries lies far from the diagonal ...
+#: A large matrix is reordered if more than the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
+#: and if enough products with one column follow to save the time of the reordering.
 _SCATTERED = 0.2
-#: ... farther than this many columns, ...
 _NEAR = 8192
-#: ... and if at least this many products with one column follow: they save as much time as the reordering takes.
 _PRODUCTS_AN_ORDER_COSTS = 300
 
 
@@ -334,7 +333,7 @@ def polynomial_series(
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(0.5 * bound * (1.0 - t)))
 
-    # kappa = bound sin^2(theta / 2), so that the lowest cutoff lies at this angle.
+    # The angle theta of the lowest cutoff, from kappa = bound sin^2(theta / 2).
     width = 2.0 * response.cutoffs[0] / math.sqrt(bound) if bound > 0.0 else 1.0
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=largest_degree)
 
@@ -435,9 +434,9 @@ def gershgorin_bound(symmetric: sparse.csr_matrix, mass: Floats) -> float:
 def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     """Estimates an upper bound of the largest eigenvalue: the largest Ritz value plus its residual, times 1.02.
 
-    After 24 steps from a random start the Ritz value is about a percent too low if eigenvalues are crowded, and exact if one
-    stands out. `polynomial_filter` detects an estimate that is too low. The result is infinite for small matrices and if the
-    method ends early, because the start may then lack some modes.
+    After 24 steps from a random start the Ritz value is about a percent too low if the largest eigenvalues are close together,
+    and exact if the largest stands out. `polynomial_filter` detects an estimate that is too low. The result is infinite for small
+    matrices, and if the method ends early: the start may then lack some modes.
     """
     n = symmetric.shape[0]
     if n < 4 * _LANCZOS_STEPS:

@@ -40,7 +40,7 @@ class SpectralResult:
 
     Attributes:
         vertices: (n, 3) the new coordinates.
-        route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" where there was nothing to filter.
+        route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" if there was nothing to filter.
         error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
             units. The error of the modes themselves, about 1e-9 of the size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
@@ -185,8 +185,8 @@ def _by_modes(
         if count == most or omega[-1] >= last:
             break
         count = min(count + count // 3 + 10, most)
-    after, rest = _combined(problem, values, shapes, response(omega), response.infinity)
-    return SpectralResult(after, "eigenvectors", 0.0 if count == most else tolerance * rest, size, count)
+    after, remainder = _combined(problem, values, shapes, response(omega), response.infinity)
+    return SpectralResult(after, "eigenvectors", 0.0 if count == most else tolerance * remainder, size, count)
 
 
 def _brick_wall(
@@ -195,17 +195,17 @@ def _brick_wall(
     """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
     `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer modes and the
-    remainder get the limit of the response. None keeps all computed modes and drops the remainder.
+    remainder get the response at infinity. If `band_of` is None, all computed modes are kept and the remainder is dropped.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
-    factors, rest = np.ones_like(omega), 0.0
+    factors, at_infinity = np.ones_like(omega), 0.0
     if band_of is not None and size < math.inf:
         band = band_of(size)
-        rest = band.infinity
-        # The gain is the limit plus the weight of the profile at the short end of the band.
-        factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
-    after, _ = _combined(problem, values, shapes, factors, rest)
+        at_infinity = band.infinity
+        # The gain is the response at infinity plus the weight of the profile at the short end of the band.
+        factors = np.where(omega >= band.cutoffs[0], at_infinity + band.weights[-1], at_infinity)
+    after, _ = _combined(problem, values, shapes, factors, at_infinity)
     return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))
 
 

@@ -55,5 +55,5 @@ def pymeshfair(
 
 def main() -> None:
     """The entry point of the console script."""
-    os.environ.update(ONE_BLAS_THREAD)  # workers are copies of this process only if it has a single thread
+    os.environ.update(ONE_BLAS_THREAD)  # only a process with a single thread can make workers as copies of itself
     app()

@@ -31,19 +31,19 @@ class Finding:
 
 
 def doctor(
-    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="List the files that killed runs left in it.")] = None,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="List the files that killed runs left here.")] = None,
     remove: Annotated[bool, Option("--remove", help="Remove these files.")] = False,
     warm: Annotated[bool, Option("--warm", help="First compile all filters, for example for a container's image.")] = False,
     json: Json = False,
 ) -> None:
     """Check whether this machine has everything that pymeshfair needs."""
-    if warm:  # compiles what neither the installation nor a run has compiled
+    if warm:  # compiles the kernels that neither the installation nor a run has compiled
         from ..filters.compilation import compile_ahead, listed_signatures
 
         say("compiling filters for this machine", err=True)
         warn(*(f"not compiled: {failure}" for failure in (*compile_ahead(listed_signatures()), *_compile_others())))
     if remove and folder is None:
-        raise typer.BadParameter("it needs the FOLDER of the files", param_hint="--remove")
+        raise typer.BadParameter("it needs the FOLDER to remove files from", param_hint="--remove")
     findings = []
     for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
@@ -145,7 +145,7 @@ def look_at_numba() -> Iterator[Finding]:
     wheel, cache = f"{kernels.installed} kernels are installed for {processor()}", f"{kernels.kept} more are in {kernels.folder}"
     advice = ""
     if not kernels.lasts:
-        advice = "this folder cannot be written: set the environment variable NUMBA_CACHE_DIR to one that can be"
+        advice = "this folder cannot be written: set the environment variable NUMBA_CACHE_DIR to another folder"
     elif kernels.installed + kernels.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
     yield Finding("numba", works and kernels.lasts, f"compiles; {wheel}, {cache}", advice)

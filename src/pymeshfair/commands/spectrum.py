@@ -79,7 +79,7 @@ _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 
 
 def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> bytes:
-    """The bytes of a picture (png, svg or pdf) of spectra, by name, as ``get_surface_spectrum`` returns them.
+    """Draws spectra, given by name as ``get_surface_spectrum`` returns them; returns the bytes of a png, svg or pdf file.
 
     Bands are drawn as steps and single modes as dots, on logarithmic axes; the upper axis shows wavelengths.
     """
@@ -111,7 +111,7 @@ def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> by
     axes.set(xscale="log", yscale="log", xlabel="frequency (radians per mesh unit)", ylabel="energy (squared mesh units)")
     if lowest < highest:
         axes.set_xlim(lowest, highest)
-        # The last bands of a mesh may have hardly any energy.
+        # The last bands of a mesh may have hardly any energy, and would stretch the axis.
         axes.set_ylim(bottom=max(0.1 * least, 1e-11 * most))
         axes.secondary_xaxis("top", functions=(inverted, inverted)).set_xlabel("wavelength (mesh units)")
         axes.legend(loc="lower left", fontsize="small")

@@ -55,7 +55,7 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Replace both output streams by lasting ones; closed ones get the null device, so that no file gets their number."""
+    """Replace both output streams by lasting streams; a closed one gets the null device, so that no file gets its number."""
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
         pass
     os.close(number)
@@ -72,7 +72,7 @@ def secure_streams() -> None:
 
 
 def failure_of_stdout() -> OSError | None:
-    """The error because of which output on stdout is lost, or None."""
+    """The error that stopped the output on stdout, or None."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
@@ -87,7 +87,7 @@ _verbosity = Verbosity.NORMAL
 
 
 def verbosity(level: Verbosity | None = None) -> Verbosity:
-    """The amount of output; a `level` is set first."""
+    """Set the amount of output if `level` is given; return the amount."""
     global _verbosity
     _verbosity = _verbosity if level is None else level
     return _verbosity
@@ -105,7 +105,7 @@ def printable(text: object) -> str:
 
 
 def complain(text: object, *, color: bool | None = None) -> None:
-    """Print an error on stderr; `color` is needed only after the context of typer is closed, which has this setting."""
+    """Print an error on stderr. Typer's context has the setting of `color`: give it only after that context is closed."""
     typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True, color=color)
 
 
@@ -135,7 +135,7 @@ def print_document(document: Mapping[str, Any]) -> None:
 
 
 def plain(value: Any) -> Any:
-    """`value` in terms of JSON. NaN and infinity become null, and values of unknown types their text."""
+    """`value` as JSON types. NaN and infinity become null, and a value of an unknown type becomes its text."""
     if isinstance(value, enum.Flag):
         return [member.name for member in type(value) if member.value and member in value]
     if value is None or isinstance(value, bool | str | int):
@@ -168,7 +168,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input, cut one byte above the largest size of a script."""
+    """The bytes of a script's file or of standard input, cut one byte above the largest size, which is then refused."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

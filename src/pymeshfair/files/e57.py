@@ -58,7 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
 
 
 class _Survey:
-    """The headers of the scans that have points, their declared total, and warnings about fields that some scans lack."""
+    """The headers of the scans with points, the declared number of points, and warnings about fields that some scans lack."""
 
     def __init__(self, file: Any) -> None:
         self._file = file
@@ -70,14 +70,14 @@ class _Survey:
         self._kinds = [_kinds(header) for header in self.headers]
         standard = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
         names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
-        #: for each field that becomes an attribute: whether all scans store 32-bit integers
+        #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
         self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"{len(self.headers):,} scans have no field"
         self.doubts = tuple(f"{n:,} of its {scans} {name!r}, which is 0 there" for name, n in lacking.items() if n)
 
     def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
-        """Yields coordinates and attributes of the measured points, `size` rows at a time, or a scan at a time for None."""
+        """Yields coordinates and attributes of the measured points, in pieces of `size` rows, or of a whole scan if None."""
         colored = any(set(_COLOR) <= kinds.keys() for kinds in self._kinds)
         for number, (header, kinds) in enumerate(zip(self.headers, self._kinds, strict=True)):
             for fields in _chunks(self._file, header, kinds, size):

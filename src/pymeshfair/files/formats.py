@@ -19,7 +19,7 @@ ATTRIBUTES = (
     *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
     *("vertex opacities", "face opacities", "vertex radii", "polygons"),
 )
-#: formats that only MeshLab's own readers understand; these do not check what a file declares
+#: formats that only MeshLab's own readers understand; the readers do not check what a file declares
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
 #: messages about a missing package: for E57 files, and for LAS and LAZ files
 MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package("laspy", "las")
@@ -52,13 +52,13 @@ class Format:
 
 #: formats that hold texture coordinates of vertices only if corners of faces have none
 _ONE_PLACE = ("obj", "glb")
-_FLOAT = 2.0**-24
+_FLOAT = 2.0**-24  # rounding to single precision
 _OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
 _OBJ -= {"vertex opacities", "face opacities"}
 _COLOURS = frozenset(("faces", "vertex colours", "face colours", "vertex opacities", "face opacities"))
 _OFF = _COLOURS | {"edges", "vertex normals", "vertex texture coordinates", "polygons"}
 _GLB = (_OBJ | _COLOURS) - {"polygons"}
-_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # the writers name losses among these
+_POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  # the writers report which of these they lose
 _LAS = _POINTS | {"vertex scalars", "vertex radii"}
 _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))

@@ -1,4 +1,4 @@
-"""Writes PLY files: with header, elements, types and comments of the source PLY file, else in double precision.
+"""Writes PLY files: with header, elements, types and comments of a source PLY file, or in double precision without one.
 
 Unchanged contents are written byte for byte. Rows of deleted elements are left out. The rest of a polygon stays a polygon if
 possible, perhaps with another first corner. In rows of added elements, properties without a value are 0.
@@ -22,7 +22,7 @@ from .polygons import are_equal, outlines
 from .tokens import changed_words, patched, runs, words
 
 _HEAD = b"ply\nformat binary_little_endian 1.0\n"
-#: largest rounding to the types of the file, as a share of the mean edge
+#: coordinates keep the types of the source file if these round them by at most this share of the mean edge
 _ROUNDING = 1e-3
 
 
@@ -54,7 +54,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             target.write(kept_bytes)
             last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # the tail of the file has the end of its last line
+            target.write(b"" if last.isspace() else b"\n")  # the end of the last line may be in the tail of the file
             target.writelines(_lines(table))
             last = b"\n"
         else:
@@ -99,8 +99,8 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
             return table
         table = None
     if not len(mesh.faces):
-        names_none = table is None or not table.element.count or table.lists(corners) is None
-        return table if names_none else _without_rows(table)
+        names_no_vertices = table is None or not table.element.count or table.lists(corners) is None
+        return table if names_no_vertices else _without_rows(table)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
@@ -112,7 +112,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
         ids = source_ids(mesh.face_ids, len(mesh.faces))
         polygon = mesh.face_attributes.get("polygon")
         if polygon is not None and wedges is not None and (polygon >= 0).any():
-            polygon, what = None, "MeshLab opens none with texture coordinates at the corners of faces"
+            polygon, what = None, "MeshLab opens no polygons with texture coordinates at their corners"
             notes.append(f"polygons are written as triangles: {what}")
         shape = outlines(mesh.faces, polygon)
         notes += shape.notes
@@ -152,7 +152,7 @@ def _without_rows(table: Table | None) -> Table | None:
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
-    """Returns the table of an element: the rows `ids` of its table in the file, with `values` and `colors` in place."""
+    """Returns the table of an element: the rows `ids` of its table in the source file, with the new `values` and `colors`."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
@@ -223,7 +223,7 @@ def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[s
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the colour columns: those of the file if colours are unchanged, else levels in its types, or bytes."""
+    """Returns the colour columns: those of the file if unchanged, else levels in the types of the file, or bytes without them."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of rows in the file, in a text with changed numbers replaced; None if rows are written anew."""
+    """Returns the bytes of these rows in the source file, in a text with changed numbers; None if they must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

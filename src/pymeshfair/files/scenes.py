@@ -22,7 +22,7 @@ from .tokens import is_number
 
 #: levels of nested elements or parts; usual scenes have about ten
 DEEPEST = 200
-#: most elements of a tree; so many take two seconds and 300 MB
+#: most elements of a tree; this many take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000
 #: most instances in a file, and most vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
@@ -144,7 +144,7 @@ class Assembly:
         """Enters a part of the scene; limits the number of entered parts, since ten nested groups of ten make 10^10 instances."""
         self._entered += 1
         if part in self._open:
-            raise ContentsError("a part of it is a part of itself")
+            raise ContentsError("one of its parts contains itself")
         if len(self._open) == DEEPEST:
             raise ContentsError(f"its parts are more than {DEEPEST} levels deep")
         if self._entered > MOST_PLACED:
@@ -165,8 +165,8 @@ class Assembly:
         """Makes a part from polygons, which are given as for `triangulated`; adds to `lost` what a mesh cannot hold.
 
         `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN is
-        no value. Normals and colours that agree at the corners of each vertex become vertex attributes; other colours face
-        attributes, if they agree in each face. `of_polygons` are (p, ...); without a ``texture``, coordinates are left out.
+        no value. Normals and colours that agree at the corners of each vertex go to vertices; other colours go to faces, if they
+        agree in each face. `of_polygons` has (p, ...) values; if no ``texture`` is above -1, texture coordinates are left out.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():
@@ -199,7 +199,7 @@ class Assembly:
         """Adds an instance of a part, transformed by a (4, 4) matrix."""
         self._made += len(part.vertices) + len(part.faces)
         if self._made > _MOST_MADE:
-            raise ContentsError(f"its parts have more than {_MOST_MADE:,} vertices and faces, each time that they are placed")
+            raise ContentsError(f"its parts, as often as it places them, have more than {_MOST_MADE:,} vertices and faces")
         self._parts.append((part, matrix))
 
     def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:

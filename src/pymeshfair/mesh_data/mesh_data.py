@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Floats, Ints
 from ..errors import MeshError
 
-#: the attributes of vertices and of faces that MeshLab knows, too; all others are custom ones
+#: the attributes of vertices and of faces that MeshLab has too; all others are custom attributes
 VERTEX_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "radii", "texture_coordinates", "selection"))
 FACE_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "selection", "wedge_texture_coordinates", "texture", "polygon"))
 Array: TypeAlias = NDArray[Any]
@@ -65,15 +65,15 @@ class MeshData:
         face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
             ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) one number
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
-        keeps_normals: whether files of a mesh with faces get vertex normals, which follow the coordinates.
+        keeps_normals: whether files of a mesh with faces get vertex normals; these are computed anew after a move of vertices.
         textures: the images; ``texture`` is an index into them.
-        matrix: (4, 4) transformation of the coordinates, None for the identity. Files have none.
+        matrix: (4, 4) transformation of the coordinates, None for the identity. A file has no matrix.
         label: the name of the layer.
-        unit: of the coordinates, where the file has one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
-        source: the file that it comes from.
+        unit: the unit of the coordinates, if the file states one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        source: the file that the mesh comes from.
         vertex_ids: (n,) index in the source of each vertex, -1 for a new one; None if all vertices are there in their order.
-        face_ids: (m,) the same of the triangles.
-        edge_ids: (e,) the same of the edges.
+        face_ids: (m,) the same for the triangles.
+        edge_ids: (e,) the same for the edges.
     """
 
     vertices: Floats
@@ -142,7 +142,7 @@ class MeshData:
 
     @cached_property
     def vertex_normals(self) -> Floats:
-        """(n, 3) normals of the vertices, else angle-weighted means of the face normals; 0 without faces."""
+        """(n, 3) the attribute ``normals``, else angle-weighted means of the face normals; 0 without faces."""
         if (normals := self.vertex_attributes.get("normals")) is not None:
             return normals
         from ..filters.geometry import vertex_normals_by_angle

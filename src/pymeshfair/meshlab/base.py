@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-It is imported with `pymeshfair.MeshSet`, before a program can replace `pymeshlab.MeshSet` by it. Errors are ours and pymeshlab's.
+`pymeshfair.MeshSet` imports this module before a program can replace `pymeshlab.MeshSet`. Errors here belong to both libraries.
 """
 
 import threading
@@ -36,8 +36,8 @@ def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose:
 def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
-    Until a filter succeeds, MeshLab writes messages to the log of that mesh set, even after it is freed. So a filter runs on
-    a mesh set of our own. A plugin never drops the log of a verbose mesh set, so such a mesh set is never freed.
+    Until the next filter succeeds, MeshLab writes messages to the log of that mesh set, even after the set is freed. So a filter
+    runs here on a mesh set that is never freed. MeshLab never drops the log of a verbose mesh set: so this set is kept, too.
     """
     keeper = _keeper()
     keeper.apply_filter("set_selection_none")
@@ -55,7 +55,7 @@ def _keeper() -> Any:
 
 
 class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
-    """There is no filter, or no parameter of a filter, of that name; `suggestion` is the nearest one."""
+    """There is no filter, or no parameter of a filter, of that name; `suggestion` is the nearest name."""
 
 
 class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]
@@ -81,4 +81,4 @@ def reason(error: Exception) -> str:
 
 
 class ForeignMeshError(PymeshfairError, TypeError):
-    """An object to add is no mesh that pymeshfair knows, or has elements that MeshLab cannot hold."""
+    """An object to add is no mesh of a supported class, or has elements that MeshLab cannot hold."""

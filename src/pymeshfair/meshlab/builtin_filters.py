@@ -44,7 +44,7 @@ class BuiltinFilters:
             return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the declared values that the filter would run with; relative lengths stay relative, numbers keep their digits.
+        """Returns the values that the filter would run with, as declared: with relative lengths, and all digits of numbers.
 
         Values that no script can have (a camera, a number that is not finite) are absent.
         """
@@ -113,13 +113,13 @@ class BuiltinFilters:
         if isinstance(parameter, Float):
             is_typed = isinstance(typed, float | int) and np.float32(typed) == np.float32(used)
             number = float(typed) if is_typed else _shortest(used)
-            # MeshLab clamps numbers of sliders, and its own defaults may lie a rounding outside.
+            # MeshLab clamps numbers of sliders; its own defaults may be outside by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used: relative if the typed value, or without one the default, is relative."""
+        """Returns the length that a filter used: relative if the typed value is, or if there is none and the default is."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length

@@ -1,6 +1,6 @@
 """The layers of a run, numbered as in MeshLab, and the steps that change them.
 
-A plugin's filter returns an edit of the current mesh. MeshLab's filters run behind the door, which keeps meshes between steps.
+A plugin's filter returns an edit of the current mesh. MeshLab's filters run in `Door`, which holds the meshes between steps.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Document:
         self._meshes: dict[int, MeshData | None] = {}  # None: the door holds it
         self._visible: dict[int, bool] = {}
         self._next_id = 0
-        self._door: Door  # set by the first step of MeshLab's
+        self._door: Door  # set by the first step with a filter of MeshLab
         self._door_is_current = False  # whether the door has the layers as they are now
         self.current_id: int | None = None  # id of the current layer; None without layers
         self.losses: list[str] = []  # contents that MeshLab could not take, one text each

@@ -37,7 +37,7 @@ class Breach:
 def breaches(
     guards: Guards, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh, unit: str | None
 ) -> list[Breach]:
-    """The limits that a result breaks; none without measures, as a run without measures has no limits."""
+    """The limits that a result breaks; none without measures, since a run without measures has no limits."""
     if before.measures is None or after.measures is None or change is None:
         return []
     broken: list[Breach] = []
@@ -60,7 +60,7 @@ def breaches(
 
 
 def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_text: str, unit: str) -> Iterator[Breach]:
-    # Added vertices have no displacement. If vertices could not be followed, their distances from the input's surface count.
+    # Added vertices have no displacement. If the vertices could not be traced, their distances from the input's surface count.
     if moved is None or not moved.largest > limit:
         return
     others = int((origins.displaced[1] > limit).sum()) - 1
@@ -70,8 +70,8 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_tex
     verb = "has moved by" if moved.same else "lies away from the input by"
     is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
     allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.6g}{unit}"
-    more = f"; so do {others:,} others" if others else ""
-    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
+    further = f"; {others:,} more vertices exceed it" if others else ""
+    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{further}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 
@@ -92,7 +92,7 @@ def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> It
         count = measures.border_edges
         yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
     elif word == "oriented" and not measures.oriented:
-        yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
+        yield Breach("require", "the result is not oriented: neighbouring faces are oriented differently")
     elif word == "manifold":
         edges, vertices = measures.non_manifold_edges, measures.non_manifold_vertices
         if edges or vertices:

@@ -48,7 +48,7 @@ class Column:
 
     @property
     def row(self) -> int:
-        """Returns the bytes of a row."""
+        """Returns the size of a row in bytes."""
         return np.dtype(self.dtype).itemsize * self.width
 
     def __len__(self) -> int:
@@ -160,7 +160,7 @@ class Bucket:
     """Points that fit into memory, in a file of `ROW` records, sorted by number."""
 
     path: Path  # the file
-    count: int  # points
+    count: int  # number of points
     first: int = 0  # its first row in the file, which buckets of coincident points share
 
     def read(self) -> tuple[Floats, Longs]:
@@ -171,11 +171,11 @@ class Bucket:
 
 
 def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "bucket") -> list[Bucket]:
-    """Divides points, given by ascending number, into buckets of at most `most`; consecutive buckets are near in space."""
+    """Divides points, given by ascending number, into buckets of at most `most`; consecutive buckets are close in space."""
     wanted = min(MOST_BUCKETS, 1 << max(0, int(np.ceil(np.log2(1.15 * count / most)))))
     axes, pivots, leaves = _pivots(_sample(slices, count, wanted), wanted)
     paths = [folder / f"{name}-{leaf}" for leaf in range(leaves)]
-    for path in paths:  # a process that was killed here may have left them
+    for path in paths:  # a killed process may have left them
         path.unlink(missing_ok=True)
     counts = np.zeros(leaves, np.int64)
     for points, numbers in slices():
@@ -252,7 +252,7 @@ class Cells:
     """The files of the points: the slot of a point is its row in them, its number is its index in the input."""
 
     folder: Path  # of the files
-    count: int  # points
+    count: int  # number of points
     scale: float  # the power of two of `tree_scale`, by which trees divide coordinates
 
     points = Stored("<f8", 3)  # coordinates by slot, as in the input
@@ -306,7 +306,7 @@ class Cells:
         return int(starts[first]), int(starts[last])
 
     def slots_of_tiles(self, tiles: Ranges) -> Ranges:
-        """Returns the same range of slots for each tile."""
+        """Returns `slots_of` each tile."""
         return [self.slots_of(*tile) for tile in tiles]
 
     def ranges_of(self, cells: Longs) -> Ranges:

@@ -43,7 +43,7 @@ from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, sli
 from .sources import CLOUD_FORMATS, E57Cloud, MeshFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
-#: bytes of memory to assume if the system does not tell
+#: bytes of memory to assume if the system does not report them
 _USUAL_MEMORY = 4_000_000_000
 
 
@@ -56,10 +56,10 @@ def run_by_tiles(
     resume: bool = False,
     check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
-    """Carries out a job by tiles of at most `most` points or vertices; None for as many as fit into memory.
+    """Carries out a job by tiles of at most `most` points or vertices; None for the most that fit into memory.
 
-    `memory_limit` of the job is for the command and all workers together. With `resume` the run continues from the files of one
-    that was killed, and keeps its own files if it ends early. `check_wanted` is called twice a second, and may raise to stop.
+    `memory_limit` of the job is for the command and all workers together. With `resume` the run continues from the files of a
+    killed run, and keeps its own files if it ends early. `check_wanted` is called twice a second, and may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -186,7 +186,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of one step; yields a dict for the report of the filter ("notes" has sentences), and its progress."""
+        """Sends the events of a step; yields a dict for the filter's report ("notes" has sentences), and a progress function."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes for each bucket of its corners, both unsorted and sorted: on average 23 were measured for each.
+    # A face takes 20 bytes in each bucket with one of its corners, 23 on average; twice while unsorted and sorted files exist.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)

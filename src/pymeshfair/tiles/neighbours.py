@@ -1,7 +1,7 @@
-"""The k nearest neighbours of each point of a cloud in tiles, and two steps that use them: stray points and normals.
+"""The k nearest neighbours of each point of a cloud in tiles; the steps that use them: selection of stray points, and normals.
 
-Neighbours are searched in the tile and in the cells around it. Each pass reads the results of the pass before for the points
-around a tile, so that every tile must finish a pass before the next one.
+Neighbours are searched in the tile and in the cells around it. A pass over a tile reads results of the previous pass for points
+around the tile, so all tiles must finish a pass before the next pass begins.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from ..filters.neighbours import Nearest, build_tree, cells_within, leaf_ranges,
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .workers import Tasks
 
-#: the most points of surrounding cells in memory at once: as a share of the points of a tile, and their least number
+#: the most points of surrounding cells in memory at once: this share of the points of a tile, but at least this number
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: points that are compared with surrounding cells at once, and all cells in their lists, as shares of the points of a tile
+#: points compared with surrounding cells at once, and cells in all their lists together, as shares of the points of a tile
 _SEARCHING, _LISTED = 0.125, 8
 #: points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -39,7 +39,7 @@ class TilePoints:
     first: int  # the first cell of the tile
     last: int  # the cell after its last
     points: Floats  # (n, 3) coordinates, divided by the scale of the cells
-    numbers: Longs  # (n,) in the input
+    numbers: Longs  # (n,) the indices of the points in the input
     slots: Longs  # (n,) where the points are stored
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
     distances: Floats  # (n,) standard distances of the k nearest in the tile; after `search_around`, in the cloud
@@ -152,7 +152,7 @@ class PointTiles:
     k: int  # number of neighbours of a point
     most: int  # the most points of a tile
 
-    result: ClassVar[tuple[str, int]]  # of each point: the type, and how many numbers
+    result: ClassVar[tuple[str, int]]  # type and count of the numbers in the result of a point
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
         """Does all tasks, which fill `results`; at most `size` rows of a file are in memory."""
@@ -280,7 +280,7 @@ class StrayTiles(PointTiles):
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
-        """Adds the points with enough links to chosen points; `number` counts these passes from 1."""
+        """Also chooses the points with enough links to chosen points; `number` counts these passes from 1."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
         joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
@@ -372,7 +372,7 @@ class NormalTiles(PointTiles):
         self.directions(0).write(links.begin, normals_of(links.read_all(self.cells.points) / self.cells.scale, links.to))
 
     def smooth(self, iteration: int, first: int, last: int) -> None:
-        """Writes the mean of each normal and its neighbours, which are first turned to its side."""
+        """Writes the mean of each normal and the normals of the neighbours, after turning these to its side."""
         links = Links.of(self, first, last)
         before = links.read_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.to))
@@ -407,7 +407,7 @@ class NormalTiles(PointTiles):
         np.savez(self.saved(first), parts=names, ups=ups, pairs=pairs, votes=votes)
 
     def across(self, tiles: Ranges) -> Longs:
-        """Returns the parts to flip, ascending, for a consistent orientation; connected parts point up in the sum."""
+        """Returns the parts to flip, ascending, so that connected parts agree, and the sum of their normals points up."""
         parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # each pair is there from both sides
@@ -449,7 +449,7 @@ def _oriented(
     """
     low, high = np.minimum(rows, others).astype(np.int64), np.maximum(rows, others)
     links, once = np.unique(low * count + high, return_index=True)
-    ends, weights = (low[once], high[once]), 2.0 - np.abs(agreement[once])  # above 0: a 0 is no link
+    ends, weights = (low[once], high[once]), 2.0 - np.abs(agreement[once])  # above 0, since a weight of 0 would be no link
     tree = sparse.csgraph.minimum_spanning_tree(sparse.csr_matrix((weights, ends), shape=(count, count))).tocoo()
     shift = (agreement[once] < 0.0)[np.searchsorted(links, tree.row.astype(np.int64) * count + tree.col)] * count
     # Every node is there twice, once for each sign, so that each tree becomes two components.

@@ -48,7 +48,7 @@ ROWS = (
     (
         "self.3mf",
         _model('<object id="1" type="model"><components><component objectid="1"/></components></object>', 1),
-        "a part of it is a part of itself",
+        "one of its parts contains itself",
     ),
     (
         "expbomb.3mf",

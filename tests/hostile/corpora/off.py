@@ -17,12 +17,12 @@ ROWS = (
     (
         "face0.off",
         "OFF\n3 2 0\n" + OF + "3 0 1 2\n0\n",
-        "its line 7, '0', is no face, which is a number of vertices and as many indices",
+        "its line 7, '0', is no face, which is a number n of vertices, at least 2, and n indices",
     ),
     (
         "face1.off",
         "OFF\n3 2 0\n" + OF + "3 0 1 2\n1 0\n",
-        "its line 7, '1 0', is no face, which is a number of vertices and as many indices",
+        "its line 7, '1 0', is no face, which is a number n of vertices, at least 2, and n indices",
     ),
     ("face2.off", "OFF\n3 2 0\n" + OF + "3 0 1 2\n2 0 1\n", (3, 1)),
     ("negidx.off", "OFF\n3 1 0\n" + OF + "3 0 1 -2\n", "its line 6, '3 0 1 -2', names a vertex that is not among its 3"),
@@ -72,7 +72,7 @@ ROWS = (
     (
         "face_short.off",
         "OFF\n3 1 0\n" + OF + "4 0 1 2\n",
-        "its line 6, '4 0 1 2', is no face, which is a number of vertices and as many indices",
+        "its line 6, '4 0 1 2', is no face, which is a number n of vertices, at least 2, and n indices",
     ),
     (
         "face_long.off",

@@ -56,7 +56,7 @@ ROWS = (
         D().replace("<library_images>", '<asset><unit meter="0"/></asset><library_images>'),
         (3, 1, "its unit of 0 m"),
     ),
-    ("self.dae", D().replace('<instance_geometry url="#g"/>', '<instance_node url="#n"/>'), "a part of it is a part of itself"),
+    ("self.dae", D().replace('<instance_geometry url="#g"/>', '<instance_node url="#n"/>'), "one of its parts contains itself"),
     ("nogeom.dae", D().replace('<instance_geometry url="#g"/>', ""), "no vertex could be read from it"),
     ("dtd.dae", D().replace("?>", '?><!DOCTYPE COLLADA SYSTEM "http://x/y.dtd">', 1), (3, 1)),
     (
