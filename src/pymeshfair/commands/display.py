@@ -70,7 +70,7 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
     others = [s for s in recipes if not s.fits]
     if others:
-        yield "not for this one:"
+        yield "not for this mesh:"
     for suited in others:
         text = f"{suited.recipe}: {suited.unmet[0][1] if suited.unmet else 'does not say which meshes it is for'}"
         yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")

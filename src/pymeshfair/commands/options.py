@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Json = Annotated[bool, Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Overwrite = Annotated[bool, Option("--overwrite", help="Replace existing files.")]
 
-Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The largest distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
+Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The allowed distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
 Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colour bar: -0.1,0.1 or -0.1mm,0.1mm.")]
 Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a report as a page that needs no network.")]
 Up = Annotated[Literal["y", "z"], Option(help="The upright axis in pictures.")]
@@ -51,7 +51,7 @@ Recipe = Annotated[
 
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
 Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that pymeshfair cannot check (.3ds, .ctm ...).")]
-Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default of its file, or of the recipe.")]
+Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default that of its file or recipe.")]
 Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default 80 % of the machine's.")]
 Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit of a run; in a batch, of each scan.", min=0.001)]
 
