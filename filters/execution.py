@@ -40,7 +40,7 @@ def part_of(progress: Progress, start: float, stop: float) -> Progress:
 
 
 def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progress:
-    """Returns the same as `part_of`, but never reports less than before, for work that may restart."""
+    """Returns the progress of `part_of`, which never reports less than before, for work that may restart."""
     furthest = 0.0
 
     def report(share: float) -> None:
@@ -66,7 +66,7 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
     """Calls ``work(*task)`` for each task, on as many threads as numba may use. Each task must write to memory of its own.
 
     The threads are Python threads, and kernels release the GIL. A free thread takes the next task. Several threads of a program
-    may call this at once, which crashes numba's own pool on some platforms. `progress` is called after each task and during long
+    may call this at once; numba's own pool crashes then on some platforms. `progress` is called after each task and during long
     ones; if it raises, the remaining tasks are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
@@ -86,7 +86,7 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
     """Calls ``kernel(*arguments, first, last)`` for ranges that cover 0 to `count`, on several threads if `count` is large.
 
     The kernel must release the GIL and write the results of each element (vertex or face) from `first` to before `last` to memory
-    of its own. The calling thread also works, so that calls from threads of a full pool end.
+    of its own. The calling thread works too, so that a call ends even if all threads of the pool are busy.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1

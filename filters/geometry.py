@@ -44,7 +44,7 @@ __all__ = [
 
 #: The columns in the table of `measure_faces`: the unit normal, the area, the centre; the eighth column is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-# The squares of lengths between these neither overflow nor underflow.
+# Lengths in this range can be squared without overflow and underflow.
 _SQUARED = 1e-140, 1e140
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -116,7 +116,7 @@ def _fill_corner_angles(points: Floats, faces: Ints, angles: Floats) -> None:
 
 
 def area_vector(loop: Floats) -> Floats:
-    """(3,) half the sum of p_i x p_(i + 1): the area of a plane loop times the normal from which it is counter-clockwise."""
+    """(3,) the area of a plane loop along the normal from which it is counter-clockwise: half the sum of p_i x p_(i + 1)."""
     centred = loop - loop.mean(axis=0)
     return np.asarray(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2.0)
 
@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the length of each of the (e, 2) edges, of any size."""
+    """(e,) the lengths of (e, 2) edges, very small and very large ones too."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the length of each of (n, 3) vectors, of any size: no square leaves the range of numbers."""
+    """(n,) the lengths of (n, 3) vectors, very small and very large ones too: no square overflows or underflows."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -241,14 +241,14 @@ def _fill_crosses(points: Floats, faces: Ints, crosses: Floats) -> None:
 
 
 def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
-    """|sum A n| / sum A over the faces of area A and normal n: 1 for a plane, 0 for a closed surface or no area."""
+    """How much faces look to one side, |sum A n| / sum A of areas A and normals n: 1 for a plane, 0 if closed or without area."""
     crosses = cross_products(vertices, faces)
     total = float(np.linalg.norm(crosses, axis=1).sum())
     return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
 
 
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """Counts the faces whose normals turn by more than a right angle; (n, 3) coordinates of ordinary size before and after."""
+    """Counts the faces whose normals turn by more than a right angle between two sets of (n, 3) vertices, of ordinary size."""
     return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
@@ -374,7 +374,7 @@ class WalkableSurface(NamedTuple):
     def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
         """Returns the (q, 3) points nearest to the queries, (q,) their faces, and (q,) the distances.
 
-        Each walk starts at a face and goes on to the nearest of the faces that share a vertex with it, until no face is nearer or
+        Each walk starts at a face of `start` and steps to the nearest face that shares a vertex, until no such face is nearer or
         the distance is at most `enough`. So a walk stays on one sheet, and another sheet of the surface may be nearer.
         """
         nearest, faces = np.empty_like(queries), np.array(start, dtype=np.int32)

@@ -44,7 +44,7 @@ Ints: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
 
-#: Points in a block.
+#: Points in a block of `_restore`, which one thread does.
 _BLOCK = 4096
 # Triangles are sorted by the number of their lowest point divided by this, rounded down.
 _RUN = 64
@@ -53,7 +53,7 @@ _RUN = 64
 FURTHEST = 2.0
 # Neighbours are near in memory if their numbers differ by at most this: a range of twice that takes a third of a 1 MB cache.
 _NEAR = 8192
-_SAMPLE = 20_000
+_SAMPLE = 20_000  # number of triangles that are sampled
 # Reordering costs as much time as this many sweeps save, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
 # The thickness of a slab in typical edges, and the most slabs in a direction.
@@ -65,11 +65,11 @@ FITS_IN_CACHE = 200_000
 
 
 def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
-    """Returns the mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous; arrays that are so already are not copied.
+    """Returns the mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous; such arrays are not copied.
 
     Raises:
         FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
-            gives the first wrong element and their number.
+            gives the first wrong element and the number of wrong ones.
     """
     points = check_points(vertices)
     return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
@@ -119,7 +119,7 @@ def check_points(vertices: ArrayLike) -> Floats:
 
 
 def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
-    """(count,) whether each number from 0 on is among the indices, an array of any shape."""
+    """(count,) which numbers from 0 to count - 1 are among the indices, an array of any shape."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[indices] = True
     return mask
@@ -142,14 +142,14 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The properties of a whole mesh that a part of it needs to give the same bits."""
+    """The properties of a whole mesh that filters on a part of it need for the same bits in the result."""
 
     low: Floats  # (3,) the lowest coordinates of the vertices that its cells use
-    high: Floats  # (3,) their highest
+    high: Floats  # (3,) the highest coordinates of these vertices
 
     @property
     def diagonal(self) -> float:
-        """The diagonal of the box."""
+        """The length of the bounding box's diagonal."""
         scale = unit_scale(self.low, self.high)
         return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
 
@@ -167,11 +167,11 @@ class NormalisedMesh:
         middle: (3,) the middle of the box of the used vertices.
         scale: a power of two that brings the longest side of that box to between 1/4 and 1.
         order: (k,) the vertex of each point; None if the points are all vertices in the given order.
-        cells_in_vertices: (m, 3) triangles or (e, 2) edges, in numbers of vertices; none names a vertex without a point.
+        cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
         has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
-        is_part: whether it was cut from a larger mesh; then the vertices around the cut are of no use, and not checked.
+        is_part: whether it was cut from a larger mesh; `restored` then checks nothing, as vertices around the cut are not used.
     """
 
     vertices: Floats
@@ -197,7 +197,7 @@ class NormalisedMesh:
 
     @cached_property
     def cells(self) -> Ints:
-        """(m, 3) triangles or (e, 2) edges, in numbers of points; cached."""
+        """(m, 3) triangles or (e, 2) edges, as indices of points; cached."""
         return self.numbered_cells()
 
     def numbered_cells(self) -> Ints:
@@ -237,7 +237,7 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """Moves the vertices by the displacements of their points, which end at the (k, 3) new `points`; returns (n, 3).
+        """Returns (n, 3) the vertices, each moved by the displacement of its point to its place in the (k, 3) new `points`.
 
         Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
 
@@ -333,7 +333,7 @@ def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
 
 
 def unit_scale(low: Floats, high: Floats) -> float:
-    """The power of two of `scaled_to_unit`, for a box between two corners."""
+    """The power of two of `scaled_to_unit`, for a bounding box with these corners."""
     # Halved first, because the extent of coordinates near the largest number would overflow.
     half = float((high * 0.5 - low * 0.5).max())
     if half == 0.0:
@@ -350,7 +350,7 @@ def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
     """Refuses a result in which a vertex has moved by more than `FURTHEST` diagonals: a spike.
 
-    The vertices are of ordinary size. `diagonal` is that of the mesh or region that they belong to; 0 allows any distance. The
+    The vertices are of ordinary size. `diagonal` is the diagonal of their mesh or region; 0 allows any distance. The
     message names the vertex by the (n,) `numbers`, or by its index, and ends with the `advice`.
 
     Raises:
@@ -414,7 +414,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
     """(m,) a permutation: sorts the triangles by the number of their lowest vertex divided by `run`, rounded down.
 
-    It suits vertices in an order like that of `order_by_place`.
+    This order suits vertices that `order_by_place` has sorted.
     """
     lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
     halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # which NumPy sorts by counting

@@ -50,8 +50,8 @@ def apply_coord_implicit_fairing(
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
             'conformalized' updates only the areas, so that thin parts do not pinch off.
         preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-        keep_dimensions: Move parts of the shape back along the normals by what they have lost as a whole: limbs keep their
-            thickness and the shape its size, open or closed. Not for point clouds.
+        keep_dimensions: Move parts of the shape back along the normals by the loss that neighbours have in common: limbs
+            keep their thickness and the shape its size, open or closed. Not for point clouds.
     """
     options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
     options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
@@ -61,7 +61,7 @@ def apply_coord_implicit_fairing(
         vertices = diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **options)
         return Edit(vertices=vertices, values={"time_step": time})
     if operator not in ("cotangent", "robust"):  # the others do not approximate the Laplace-Beltrami operator
-        raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
+        raise FilterInputError(f"operator {operator!r} does not work with a detail size: give a time_step, for example 1.0")
     if detail_size == 0.0:
         raise moving.no_amount("time_step")
 
@@ -240,7 +240,7 @@ def apply_coord_curve_smoothing(
     """
     by_size = method == "implicit" and time_step == 0.0
     if by_size and weights == "uniform":
-        raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
+        raise FilterInputError("uniform weights ignore lengths: give a time_step, for example 10, or take 'inverse_length'")
     if by_size and detail_size == 0.0:
         raise moving.no_amount("time_step")
     options: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
@@ -295,8 +295,8 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
     """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
 
     Args:
-        range_sigma: Larger differences between neighbours are edges, and are kept. Larger smooths stronger noise and blurs more
-            edges. 'auto' estimates it from the median difference.
+        range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise and
+            blurs more edges. 'auto' estimates it from the median difference.
     """
     return Edit(vertex_scalars=_diffused(layer.vertex_scalars, layer, parameters, progress))
 
@@ -313,8 +313,8 @@ def apply_color_anisotropic_diffusion_per_vertex(
     """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
 
     Args:
-        range_sigma: Larger differences between neighbouring colours are edges, and are kept; from black to white it is 1.73.
-            Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference.
+        range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white differ
+            by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference.
     """
     colors = np.array(layer.vertex_colors)
     colors[:, :3] = _diffused(colors[:, :3], layer, parameters, progress)

@@ -1,4 +1,4 @@
-"""Settings for correlated noise, which neighbours share: rounded coordinates, filtered depth maps, and meshes fused from maps.
+"""Chooses settings for noise that neighbours share, as in rounded coordinates, filtered depth maps and meshes fused from maps.
 
 Cross-validation fails here, because a good prediction of a held-out vertex includes its noise.
 """
@@ -22,12 +22,12 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales of `noise_field`: to detect shared noise, and to fit its covariance in a map, whose noise has one width.
+# Widths and scales for `noise_field`: to detect shared noise; and to fit it in a depth map, whose noise has one of three widths.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-# Fused maps share noise over five edges and more. A third counts as calm, since the calmest faces, seen at a slant, have less
-# noise.
+# The same for fused maps, whose noise is correlated over five edges or more. The measure is the quantile at one third: the
+# calmest faces were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# The residual of a vertex three edges from the border is complete enough; the patches are wide enough for forty rounds.
+# Sampling of scans: residuals are good enough three edges from a border, and patches large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
 
@@ -37,8 +37,8 @@ def setting_of_rounded(
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
     The `rounding` is undone first, see `Rounding.undone`. The chosen setting has the least product of roughness and distance of
-    the vertices from their rounding intervals [reginska1996]. `other` is better where details are as fine as the steps. Fixed
-    vertices are not evidence.
+    the vertices from their rounding intervals [reginska1996]. `other` is better where details are as fine as the rounding step.
+    Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -47,7 +47,7 @@ def setting_of_rounded(
     unit = mean_edge_length(smooth, scan.faces)
 
     def measures(result: Floats) -> tuple[float, float]:
-        """Returns the distance of the vertices from their rounding intervals, in steps, and the product."""
+        """Returns the distance of the vertices from their rounding intervals, in steps, and the product with the roughness."""
         distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
         out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
@@ -64,10 +64,10 @@ def setting_of_rounded(
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> Choice[Setting] | None:
-    """Chooses the setting for noise that neighbours share; None if they share none or no edge can be judged.
+    """Chooses the setting for noise that neighbours share; None if it is not shared or no edge can be judged.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
-    `estimate_noise`. Fixed vertices are not evidence.
+    `estimate_noise`. Fixed vertices do not count.
     """
     shared, on_lines = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
@@ -93,7 +93,7 @@ def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
-    """Whether the vertices are the pixels of a depth map: their differences of fourth order lie along the view alone."""
+    """Whether the mesh is a depth map: its noise, measured by differences of fourth order, lies along the line of sight."""
     fourth = FourthOrder.of(faces, len(points))
     residuals = fourth.differences(points)[fourth.inner]
     squares = np.linalg.eigvalsh(residuals.T @ residuals)
@@ -105,7 +105,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
         return 0.0, False
     on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))
-    # A fused map is a level set, whose triangles have cut-off corners with short edges.
+    # A fused mesh is a level set on a grid: where it cuts off a corner of a cell, its triangles have short edges.
     if not on_lines and np.mean(lengths < 0.25 * lengths.mean()) <= tuned.CUT_OFF:
         return 0.0, False
     scan, _ = Scan.sampled(points, faces, rings=3)
@@ -118,7 +118,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
 
 
 class NoiseField(NamedTuple):
-    """A model of the noise on a surface: a sum of smoothed noises."""
+    """A model of the noise on a surface: a sum of white noises, each smoothed by another number of steps."""
 
     variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 without scored vertices
     heights: Floats  # (n,) a sample of the noise along the normals, the same for the mesh moved, turned or renumbered
@@ -128,10 +128,10 @@ class NoiseField(NamedTuple):
 def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
     """Fits the variances of several noises to residuals of the surface at several scales.
 
-    W = (I + 2 U) / 3 with the one-ring mean U averages a vertex and its neighbours. The residuals of scale m are (I - W^m)^2 p.
-    Their squares are averaged over some rings; the quantile `calmest` of these means is the measure at that scale. For each width
-    (0 comes first) white noise on the same mesh is smoothed by that number of steps, scaled to variance 1 and measured in the
-    same way. The variances are the non-negative factors of these measures with the least relative error.
+    A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the mean over the one-ring. The residuals of
+    the points p at scale m are (I - W^m)^2 p. The measure at a scale is the quantile `calmest` of their local mean squares. For
+    each width, the first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too.
+    The variances are the non-negative weights with which these measures add up to those of the surface, with the least error.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))
@@ -157,7 +157,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     seen = np.array([calm(np.einsum("ij,ij->i", residuals(points, scale), scan.normals)) for scale in scales])
     if seen.min() <= 0.0:
         return nothing
-    # The distance from the centroid gives random numbers.
+    # Random numbers from the distance to the centroid stay the same if the mesh is turned or renumbered.
     distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
     parts = [smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, width) for width in widths]
     parts = [part / (float(np.sqrt((part[scored] ** 2).mean())) or 1.0) for part in parts]

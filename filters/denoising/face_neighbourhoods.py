@@ -15,16 +15,16 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces with centres within a distance, connected by such faces. "geodesic":
-#: faces within a distance along the surface, see `_visit_within`.
+#: steps between faces that share a vertex. "radius": faces whose centres are within a distance, and which are connected by such
+#: faces. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
-# A radius of two mean distances of centres has about one ring of faces that share a vertex.
+# The radius, in mean distances of neighbouring face centres, that covers about one ring of faces that share a vertex.
 _DISTANCES_OF_RING = 2.0
-# For each vertex the passes read about six times as much as its three coordinates: rows of 8 numbers for two faces.
+# The `size` for `worth_reordering`: a mesh has two faces for each vertex, and a pass reads a row of 8 numbers for each face.
 _SIZE = 6
 
 
@@ -38,7 +38,7 @@ class FaceNeighbourhoods(NamedTuple):
 def face_neighbourhoods(
     faces: Ints, at_vertices: VertexFaces, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
 ) -> FaceNeighbourhoods:
-    """Returns the neighbourhood of each face in time linear in the number of neighbours; `at_vertices` is `vertex_faces`.
+    """Returns the neighbourhood of each face in time linear in the number of neighbours; `at_vertices` is from `vertex_faces`.
 
     "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
 
@@ -83,7 +83,7 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns (m,) for each face the sum of the distances of its centre from the centres of its neighbours."""
+    """Returns, for each of the m faces, the sum of the distances from its centre to its neighbours' centres."""
     sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], *edge_neighbours, sums)
     return sums
@@ -105,9 +105,9 @@ class Adjacency:
 
     @staticmethod
     def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
-        """Returns the adjacency of a triangle mesh. It reorders faces for locality in memory if that pays for the `sweeps`.
+        """Returns the adjacency of a triangle mesh; faces are reordered in memory if that saves time in `sweeps` filter passes.
 
-        0 sweeps forbid this. Reordering keeps the bits of sums around a face or a vertex, but not those of a sum over all faces.
+        With 0 sweeps faces keep their order. Reordering keeps the bits of sums around a face or a vertex, not of those over all.
         """
         sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
         reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
@@ -235,8 +235,8 @@ def _visit_within(
     """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
     A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
-    lines, across a right angle up to 29 % shorter. Shortened paths are passed on until none changes, which for few faces is
-    faster than a priority queue. Faces are listed in the order of the search.
+    lines; across a right-angled edge they are up to 29 % shorter than on the surface. Shortened paths are passed on until no path
+    changes, which for few faces is faster than a priority queue. Faces are listed in the order of the search.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)
@@ -255,8 +255,8 @@ def _visit_within(
                     g = met[at]
                     for k in range(near_offsets[g], near_offsets[g + 1]):
                         h = near[k]
-                        way = length[at] + np.sqrt(squared_length(centres, g, h))
-                        if way > radius or (seen[h] == i and way >= length[place[h]]):
+                        distance = length[at] + np.sqrt(squared_length(centres, g, h))
+                        if distance > radius or (seen[h] == i and distance >= length[place[h]]):
                             continue
                         if seen[h] != i:
                             if count == met.shape[0]:
@@ -264,7 +264,7 @@ def _visit_within(
                                 shortened = np.concatenate((shortened, shortened))
                             seen[h], place[h], met[count] = i, count, h
                             count += 1
-                        length[place[h]], shortened[place[h]] = way, True
+                        length[place[h]], shortened[place[h]] = distance, True
                         changed = True
                 at += 1
         if neighbours.shape[0]:

@@ -22,7 +22,7 @@ from .normal_filter import mean_normals
 
 # Squared residuals are clipped at `CLIP` times their median and averaged over the one-rings `AVERAGED` times.
 AVERAGED, CLIP = 4, 9.0
-# Vertices with a smaller prediction error, in mean edges, lie on an exact plane; a smaller angle, in radians, is due to rounding.
+# A smaller prediction error (in mean edges) or angle between faces (in radians) is due to rounding: the surface is a plane there.
 _EXACT = 1e-4
 #: number of rings of faces around a vertex on which its `smooth_normals` depend
 RINGS_OF_SMOOTH_NORMALS = 13
@@ -35,10 +35,10 @@ class NoiseEstimate(NamedTuple):
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
             features and outliers count little. A good laser scanner has 0.1, a bad one 0.3; from 0.6 on faces fold.
         length: the level in mesh units.
-        deviation: the same from the mean square, so that outliers count in full: more than 1.2 times the level if a few vertices
-            are far off, up to 1.1 times on shapes with many sharp edges.
-        tangential: the standard deviation along a tangent, in mean edges. Above `level` vertices are spaced unevenly, as in range
-            maps and meshes of machine parts; this does not describe the surface.
+        deviation: the level computed from the mean square, in which outliers count in full. It is over 1.2 times `level` if a few
+            vertices are far off, and up to 1.1 times on shapes with many sharp edges.
+        tangential: the standard deviation along a tangent, in mean edges. It exceeds `level` where vertices are spaced unevenly,
+            as in range maps and meshes of machine parts, whatever the noise of the surface.
     """
 
     level: float
@@ -51,9 +51,9 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Estimates the noise of a mesh from the mesh alone.
 
     The differences of `FourthOrder` have the standard deviation of independent noise. The level is the median of their absolute
-    values along `smooth_normals`, over 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface and is not
-    measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Where most vertices are near
-    sharp edges weak noise is overestimated: 0.1 edges by 28 % on a cube with 16 edges to a side.
+    values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface: it is
+    not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Weak noise is overestimated
+    where most vertices are near sharp edges: 0.1 edges by 28 % on a cube with 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -79,10 +79,10 @@ class FourthOrder(NamedTuple):
     """Differences of fourth order (B p)_i / |B_i|, where B = (1 - U)^2 and U is the mean over the one-ring."""
 
     pairs: Ints  # (e, 2) the edges
-    inner: Bools  # (n,) which vertices are not on a border and have no border neighbours, whose one-rings are incomplete
+    inner: Bools  # (n,) which vertices have complete one-rings, and only neighbours with complete one-rings
     means: sparse.csr_matrix  # (n, n) the matrix U
     square: sparse.csr_matrix  # (n, n) the matrix B
-    norms: Floats  # (n,) the Euclidean norms |B_i| of its rows
+    norms: Floats  # (n,) the Euclidean norms |B_i| of the rows of B
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:
@@ -101,10 +101,10 @@ class FourthOrder(NamedTuple):
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
 
     def correlation(self, heights: Floats, counted: Bools) -> float:
-        """Returns the correlation of (n,) residuals h between counted neighbours, in excess of independent noise.
+        """Returns by how much the correlation of (n,) residuals h of counted neighbours exceeds that of independent noise.
 
         It is the mean of h_i h_j over the edges divided by the mean of h^2, minus the value of independent noise. That value, the
-        mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Edges and details raise the result, noise lowers it. 0 if all h are 0.
+        mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Sharp features raise the result, noise lowers it. 0 if all h are 0.
         """
         i, j = self.pairs[counted[self.pairs].all(axis=1)].T
         square = float((heights[counted] ** 2).mean()) if counted.any() else 0.0
@@ -116,7 +116,7 @@ class FourthOrder(NamedTuple):
 
 
 def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
-    """Returns `FourthOrder`, mean edge, and differences in it: (n,) along normals, (n, 3) across; None without inner vertices."""
+    """Returns the operator, mean edge, and differences in mean edges: along normals, and across; None without inner vertices."""
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
@@ -131,7 +131,7 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
     """Returns the `FourthOrder.correlation` of all inner vertices and of the calmest third.
 
-    In the calmest third edges and details do not hide weak noise; pure noise has 0.07 there. Both are 0 without inner vertices.
+    In the calmest third no sharp features hide weak noise; pure noise has 0.07 there. Both are 0 without inner vertices.
     """
     residuals = _residuals(vertices, faces)
     if residuals is None:
@@ -176,19 +176,19 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
     The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Where the surface is
-    calm, without details and edges, only noise is left. Exact planes do not count, unless they are half of the mesh. The level is
+    calm, without details and edges, only noise is left. Exact planes count only if they are half of the mesh. The level is
     a fifth to a third below the standard deviation of even noise; 0 without scored vertices. The (n, 3) points have a mean edge
     of 1, the (m, 3) triangles or (e, 2) edges are unique, the (n, 3) unit normals are those of a smoothed copy.
     """
-    which = np.flatnonzero(scored).astype(np.int32)
-    if not len(which):
+    indices = np.flatnonzero(scored).astype(np.int32)
+    if not len(indices):
         return 0.0
-    heights, gains = predicted_heights(points, one_rings(faces_or_edges, len(points)), normals, which)
+    heights, gains = predicted_heights(points, one_rings(faces_or_edges, len(points)), normals, indices)
     squares = np.zeros(len(points))
-    squares[which] = heights**2 / (1.0 + gains**2)
+    squares[indices] = heights**2 / (1.0 + gains**2)
     rough = squares > _EXACT**2
     # Planes added by a program, such as the base of a scan, do not show the noise of the rest.
-    counted = rough if np.count_nonzero(rough) > 0.5 * len(which) else scored
+    counted = rough if np.count_nonzero(rough) > 0.5 * len(indices) else scored
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     return float(np.sqrt(np.quantile(_means_around(squares, counted, pairs)[counted], tuned.CALMEST)))
 

@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; threads do not change the bits.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; the bits do not depend on threads.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
@@ -28,16 +28,16 @@ _BLOCK = 4096
 Index: Any = np.uint64
 
 
-#: Unknowns i and j are strongly connected if -a_ij >= this * sqrt(a_ii a_jj); halved from level to level.
+#: The least -a_ij / sqrt(a_ii a_jj) of strongly connected unknowns i and j on the finest level; halved from level to level.
 STRENGTH = 0.08
 #: A level of at most this many unknowns is factorised, which takes a few milliseconds.
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer one.
 _LEAST_GAIN = 0.8
-#: The diagonal of the coarsest matrix is raised by two shares: `_SHIFT` of itself, far below all eigenvalues but that of
-#: constants; and `_NOISE` of the finest diagonal, carried down the levels, which covers the rounding of sums that cancel.
+#: Shares by which the diagonal of the coarsest matrix is raised: `_SHIFT` of itself, far below every eigenvalue except that of
+#: the constant vector; and `_NOISE` of the finest diagonal, restricted to that level, above the rounding of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
-#: Runs of rows in a level, and the fewest rows in a run.
+#: The most runs in a level, and the fewest rows in a run. A run is a range of rows that one thread sweeps alone.
 _RUNS, _SHORTEST_RUN = 64, 2048
 
 
@@ -58,7 +58,7 @@ class Descent(NamedTuple):
     """The result of conjugate gradients."""
 
     values: Floats  # (n, 3) the approximate solution
-    norm: float  # sqrt(sum r^T B r) over the columns, r the residual, B the preconditioner: about the error in the energy norm
+    norm: float  # about the error in the energy norm: sqrt(sum of r^T B r over the columns), r the residual, B the preconditioner
     iterations: int  # the number of products with the matrix
     indefinite: bool  # whether it ended at a direction p with p^T A p < 0, which shows that A is not semidefinite
 
@@ -125,7 +125,7 @@ def conjugate_gradients(
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:
-    """sqrt(sum r^T B r) over the columns of an (n, 3) residual, B as in `conjugate_gradients`."""
+    """The norm of `Descent` for an (n, 3) residual r: sqrt(sum of r^T B r over the columns), B as in `conjugate_gradients`."""
     with threads_for(len(residual)):
         z = residual / matrix.diagonal()[:, None] if precondition is None else precondition(residual)
         return _root(_inner_products(residual, z).sum(axis=0))
@@ -299,7 +299,7 @@ class SmoothedAggregation:
             noise = prolongation.power(2).T @ noise
         if matrix.shape[0] <= COARSEST:
             # If the matrix is singular, so is the coarsest one; its factors would amplify rounding in the constant part of the
-            # residual. Entries of slivers cancel on the way down and leave rounding too. A larger diagonal repairs both.
+            # residual. Entries of slivers cancel on coarse levels and leave only rounding. A larger diagonal repairs both.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:
@@ -399,7 +399,7 @@ def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) 
 
 @compiled
 def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tuple[Ints, int]:
-    """Returns each unknown's aggregate, -1 without strong connections, and their count: algorithm 5.1 of [vanek1996]."""
+    """Returns each unknown's aggregate, -1 for none, and the number of aggregates: algorithm 5.1 of [vanek1996]."""
     indptr, indices, data = matrix
     n = indptr.shape[0] - 1
     aggregate = np.full(n, -1, dtype=np.int32)

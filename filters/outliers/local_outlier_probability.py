@@ -15,9 +15,9 @@ from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leav
 
 #: Number of factors in one block of the sum of squares.
 SPREAD_BLOCK = 1 << 16
-#: Rounding error between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
+#: Largest rounding error of a difference of distances, in the unit of a search tree, whose largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: Relative bound of that error, since a cloud may have finer distances around the origin.
+#: Largest relative rounding error: around the origin distances may be smaller than `_ROUNDING`, and still exact.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074
@@ -38,7 +38,7 @@ def local_outlier_probability(
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
     The result does not depend on the unit or the density of the cloud. A point is an outlier if the distance to its neighbours
-    exceeds their own neighbour distances by more than is usual in the cloud.
+    exceeds its neighbours' own neighbour distances by more than usual in the cloud.
 
     Args:
         points: (n, 3) finite coordinates.
@@ -97,7 +97,7 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare_rows(distances: Floats, around: Floats) -> Floats:
-    """Returns (a,) PLOF from the standard distances of a points and (a, k) of the neighbours `around`, in the unit of a tree."""
+    """Returns (a,) PLOF of points from their standard distances, and (a, k) those of their neighbours, in the unit of a tree."""
     factors = np.empty(distances.shape[0])
     for p in range(distances.shape[0]):
         factors[p] = _factor(distances[p], around[p])

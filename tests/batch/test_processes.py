@@ -231,7 +231,7 @@ def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
         assert scan["status"] == status, done.stderr
         assert (tmp_path / recipe / "memory.ply").exists() == (status == "done")
     (scan,) = json.loads((tmp_path / "remove_outliers" / "batch.json").read_text("utf-8"))["scans"]
-    assert "it needed more memory than it was given, so that it was cut into tiles" in scan["warnings"]
+    assert "the run needed more memory than it was given, so the scan was cut into tiles" in scan["warnings"]
     ours, theirs = (PlyFile(path).vertices for path in (tmp_path / "remove_outliers" / "memory.ply", whole))
     for name in ("x", "y", "z", "quality", "number"):
         np.testing.assert_array_equal(ours.read(0, ours.element.count)[name], theirs.read(0, theirs.element.count)[name])

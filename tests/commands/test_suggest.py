@@ -117,7 +117,7 @@ def test_a_clean_model_needs_no_recipe(tmp_path: Path) -> None:
     path = _saved(tmp_path / "cube.ply", cube())
     done = invoke("suggest", path)
     assert done.exit_code == 0
-    assert "denoise: noise is 0 edges" in done.stdout.partition("not for this one:")[2]
+    assert "denoise: noise is 0 edges" in done.stdout.partition("not for this mesh:")[2]
     assert "no noise" in done.stderr
     assert invoke("suggest", path, "-o", tmp_path / "none.mlx").exit_code != 0
     assert not (tmp_path / "none.mlx").exists()

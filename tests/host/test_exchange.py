@@ -124,7 +124,7 @@ def test_a_scene_is_one_mesh_with_its_parts_in_their_places(caplog: pytest.LogCa
     found = taken(scene)
     assert (found.vertex_number(), found.face_number()) == (84, 160)
     assert found.bounding_box().max()[0] == pytest.approx(6.0)
-    assert "the 2 parts of the scene are one mesh" in caplog.text
+    assert "the 2 parts of the scene became one mesh" in caplog.text
     with pytest.raises(ForeignMeshError, match="no geometry"):
         MeshSet().add_mesh(trimesh.Scene())
 

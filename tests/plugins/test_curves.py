@@ -105,7 +105,7 @@ def test_a_mesh_without_edges_is_refused() -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"weights": "uniform"}, "uniform weights know no lengths: give a time_step"),
+        ({"weights": "uniform"}, "uniform weights ignore lengths: give a time_step"),
         ({"detail_size": pymeshlab.PureValue(0)}, "detail_size is 0 and so is time_step"),
         ({"method": "taubin", "mu": -0.4}, "mu -0.4 is not below -step"),
     ],

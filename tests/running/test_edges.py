@@ -53,7 +53,7 @@ def test_edges_are_kept_or_the_mesh_is_not_written(tmp_path: Path, curves: Path,
     """
     output = tmp_path / f"copy.{extension}"
     if "edges" not in WRITABLE[extension].holds:
-        with pytest.raises(OutputError, match=r"made of edges, of which the format holds none; \.ply and \.obj keep them"):
+        with pytest.raises(OutputError, match=r"made of edges, which the format cannot hold; \.ply and \.obj keep them"):
             session_report(curves, output)
         return
     report = session_report(curves, output)

@@ -104,13 +104,13 @@ def test_the_same_file_is_used_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize("make", [textured_obj, textured_ply])
 @pytest.mark.parametrize("extension", ["obj", "ply"])
 def test_a_missing_texture_is_named_and_no_placeholder_written(tmp_path: Path, make: Maker, extension: str) -> None:
-    """If the texture does not exist, the output names it all the same, a warning says so, and no dummy.png appears."""
+    """If the texture does not exist, the output still refers to it, a warning says so, and no dummy.png appears."""
     source = make(tmp_path / "in", "../gone/t.png")
     (tmp_path / "out").mkdir()
     report = session_report(source, tmp_path / "out" / f"m.{extension}")
     files = staged_files(report)
     assert set(files) - {"m.obj.mtl"} == {f"m.{extension}"}
-    assert "the texture '../gone/t.png' does not exist; the output names it all the same" in report["warnings"]
+    assert "the texture '../gone/t.png' does not exist; the output still refers to it" in report["warnings"]
     text = files["m.obj.mtl" if extension == "obj" else "m.ply"].read_bytes()
     assert b" t.png\n" in text
     assert b"dummy" not in text

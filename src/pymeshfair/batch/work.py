@@ -107,7 +107,7 @@ class Station:
             except OutOfMemory:
                 if not can_be_cut(job):
                     raise
-                note = "it needed more memory than it was given, so that it was cut into tiles"
+                note = "the run needed more memory than it was given, so the scan was cut into tiles"
                 return run_by_tiles(replace(job, warnings=(*job.warnings, note)), check_wanted=self.pool.check_open)
             except WorkerDied as error:
                 if error.signal != "SIGKILL" or not is_first:
@@ -146,7 +146,7 @@ class BatchRun:
     outcomes: dict[int, Outcome]  # by number of the scan; gets the new ones
     draws: bool  # whether pages are drawn
     stop: bool  # whether to stop after the first scan that fails
-    pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page, empty if it was drawn
+    pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page; empty if there is one
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
     def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
@@ -206,9 +206,9 @@ class BatchRun:
 
 
 def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
-    """Returns the outcomes, by number, of the scans whose output has the same input, recipe, limits and versions.
+    """Returns, by scan number, the outcomes of scans whose output is from the same input, recipe, limits and versions as now.
 
-    `journal` has the last outcome of each output; it adds what the provenance does not have.
+    `journal` has the last outcome of each output, with details that the provenance lacks.
     """
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
@@ -317,7 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses a folder with files of these names that are not from a former batch, whose journal `read_journal` can read."""
+        """Refuses to replace files about a batch unless a readable journal shows that a former batch wrote them."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):
@@ -365,7 +365,7 @@ class Task:
                         run.run(todo, drawn)
                         pages = run.pages
             finally:
-                if outcomes:  # without any the files of a former batch stay
+                if outcomes:  # without outcomes the files of a former batch stay
                     ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
                     seconds = time.monotonic() - clock
                     summary = Summary(ordered, len(self.scans), self.template, started=started, finished=now(), seconds=seconds)

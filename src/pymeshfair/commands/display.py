@@ -44,9 +44,9 @@ def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection
 
 
 def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> None:
-    """Print a column of measures for each mesh, by header; rare measures that are 0 or unknown in all meshes are left out.
+    """Print measures as a table, a column for each mesh; rare measures that are 0 or unknown in all meshes are left out.
 
-    `unit` is the unit of the scan, or None.
+    `columns` has the measures of each mesh by the header of its column. `unit` is the unit of the scan, or None.
     """
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
@@ -64,15 +64,15 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
-        # The first condition only says that there are faces; it is left out if there are others.
+        # The first condition only says that there are faces; it is left out if there are more conditions.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)
     others = [s for s in recipes if not s.fits]
     if others:
-        yield "not for this one:"
+        yield "not for this mesh:"
     for suited in others:
-        text = f"{suited.recipe}: {suited.unmet[0][1] if suited.unmet else 'does not say for what it is'}"
+        text = f"{suited.recipe}: {suited.unmet[0][1] if suited.unmet else 'does not say which meshes it is for'}"
         yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
 
 
@@ -138,7 +138,7 @@ class ProgressLines(contextlib.ExitStack):
 
 
 class ProgressBar(ProgressLines):
-    """A bar over the steps, which follows the progress of a filter if it reports that; finished steps are listed above it."""
+    """A progress bar over the steps, and within a step if its filter reports progress; finished steps are listed above it."""
 
     _margin = " " * 17
 

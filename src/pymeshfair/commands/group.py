@@ -1,4 +1,4 @@
-"""Shared by all commands: options, verbosity, and the end: an exit code, with one message or JSON document for an error."""
+"""What all commands share: options, verbosity, exit codes, and one message or JSON document for an error."""
 
 from __future__ import annotations
 
@@ -89,8 +89,8 @@ class CommandGroup(TyperGroup):
         except (KeyboardInterrupt, typer.Abort):
             failure = INTERRUPTED
         except UsageError as error:
-            where: Any = getattr(error, "ctx", None)
-            hint = "" if where is None else f"\n`{where.command_path} --help` shows what it takes"
+            context: Any = getattr(error, "ctx", None)
+            hint = "" if context is None else f"\n`{context.command_path} --help` shows its arguments and options"
             failure = Failure("UsageError", f"{cast('Any', error).format_message()}{hint}", 2)
         except Exception as error:
             failure = Failure.of(error)

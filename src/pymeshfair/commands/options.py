@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Json = Annotated[bool, Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Overwrite = Annotated[bool, Option("--overwrite", help="Replace existing files.")]
 
-Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The largest distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
-Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colours: -0.1,0.1 or -0.1mm,0.1mm.")]
+Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The allowed distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
+Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colour bar: -0.1,0.1 or -0.1mm,0.1mm.")]
 Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a report as a page that needs no network.")]
 Up = Annotated[Literal["y", "z"], Option(help="The upright axis in pictures.")]
 #: the extensions of reports
@@ -51,7 +51,7 @@ Recipe = Annotated[
 
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
 Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that pymeshfair cannot check (.3ds, .ctm ...).")]
-Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default of its file, or of the recipe.")]
+Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default that of its file or recipe.")]
 Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default 80 % of the machine's.")]
 Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit of a run; in a batch, of each scan.", min=0.001)]
 
@@ -79,27 +79,27 @@ class RunOptions:
     unit: Unit = None
     max_volume_change: Annotated[str, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = ""
     require: Annotated[
-        str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless OUTPUT is so.")
+        str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless OUTPUT is all this.")
     ] = ""
-    keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if less of the sharp edges' length is kept: 95%.")] = ""
+    keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if a smaller share of the sharp edges is kept: 95%.")] = ""
     keep_broken: Annotated[bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code stays 1.")] = False
     no_measures: Annotated[
         bool, Option("--no-measures", help="Measure nothing, which is faster; then no limits can be set, and no change is shown.")
     ] = False
     scheduler: Annotated[str | None, Option(metavar="ADDRESS", help="Let the workers of this dask scheduler do the work.")] = None
     scheduler_file: Annotated[Path | None, Option(metavar="FILE", help="The file of `dask scheduler --scheduler-file`.")] = None
-    tls_ca_file: Annotated[Path | None, Option(metavar="FILE", help="The certificates that signed the scheduler's.")] = None
+    tls_ca_file: Annotated[Path | None, Option(metavar="FILE", help="The CA certificates to verify the scheduler.")] = None
     tls_cert: Annotated[Path | None, Option(metavar="FILE", help="The certificate to show to the scheduler.")] = None
-    tls_key: Annotated[Path | None, Option(metavar="FILE", help="The key of that certificate.")] = None
+    tls_key: Annotated[Path | None, Option(metavar="FILE", help="The key of the certificate in --tls-cert.")] = None
 
-    def job(self, recipe: str, input: Path, output: Path, **more: Any) -> Job:
-        """The job of a run; `more` are further fields of `Job`."""
+    def job(self, recipe: str, input: Path, output: Path, **fields: Any) -> Job:
+        """The job of a run; `fields` are further fields of `Job`."""
         from ..running.job import Job
         from ..scripts.guards import Guards
 
         overrides = tuple(self.set or ())
         limits = {name: getattr(self, name) for name in ("max_displacement", "max_volume_change", "require", "keep_sharp")}
-        more |= {
+        fields |= {
             name: getattr(self, name) for name in ("timeout", "allow_outside", "unchecked", "keep_all", "keep_broken", "unit")
         }
         return Job(
@@ -112,13 +112,13 @@ class RunOptions:
             command=tuple(sys.argv),
             guards=Guards.parse({name: text for name, text in limits.items() if text}),
             measures=not self.no_measures,
-            **more,
+            **fields,
         )
 
     def chosen_scheduler(self) -> Scheduler | None:
         """The scheduler in the options, or None."""
         if self.scheduler is not None and self.scheduler_file is not None:
-            raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
+            raise typer.BadParameter("--scheduler names a scheduler already", param_hint="--scheduler-file")
         if self.scheduler is None and self.scheduler_file is None:
             if self.tls_ca_file or self.tls_cert or self.tls_key:
                 raise typer.BadParameter("it needs --scheduler or --scheduler-file", param_hint="--tls-...")
@@ -130,7 +130,7 @@ class RunOptions:
     def check_measured(self) -> None:
         """Refuse a report without measures."""
         if self.no_measures:
-            raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
+            raise typer.BadParameter("a report shows measures: leave out --report or --no-measures", param_hint="--report")
 
 
 def with_run_options(command: Callable[..., None]) -> Callable[..., None]:

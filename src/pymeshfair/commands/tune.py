@@ -21,8 +21,8 @@ def tune(
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
 
-    This machine serves the page, only to itself. Access needs a random token in the address. Recipes and results are written to
-    the working folder. Ctrl-C ends it.
+    Only this machine can open the page, by an address that contains a random token. Recipes and results are written to the
+    working folder. Ctrl-C ends the command.
     """
     import secrets
     import socket

@@ -79,14 +79,14 @@ class Length:
         return self.in_mesh_units(None).amount
 
     def in_mesh_units(self, unit: str | None) -> Length:
-        """Converts a length in a unit of `METRES` to mesh units of a scan in `unit`, which it needs; other lengths stay."""
+        """Converts a length in a unit of `METRES` to mesh units of a scan in `unit`, which must be given; other lengths stay."""
         if self.unit not in METRES:
             return self
         if unit is None:
             amounts = {name: self.in_mesh_units(name).amount for name in (self.unit, "mm", "m")}
             readings = " and ".join(f"{amount:.6g} on a scan in {name}" for name, amount in amounts.items())
             raise ParameterError(
-                f"{self} would be {readings}, and neither the file nor the recipe says which it is: say it by --unit "
+                f"{self} would be {readings}, and neither the file nor the recipe says the unit of the scan: give it by --unit "
                 f"{'|'.join(METRES)} (unit= in Python), or give the length without a unit, as a number of the scan's own units"
             )
         return Length(self.amount * METRES[self.unit] / METRES[check_unit(unit)])
@@ -170,7 +170,7 @@ class _Bounded(Parameter):
     maximum: float | None = None
 
     def check_bounds(self, value: Any, number: float) -> None:
-        """Raises `ParameterError` for a number out of bounds, or outside the range of C floats, MeshLab's parameters."""
+        """Raises `ParameterError` for a number out of bounds, or outside the range of MeshLab's parameters, C floats."""
         if (self.minimum is not None and number < self.minimum) or (self.maximum is not None and number > self.maximum):
             raise self.refusal(value)
         if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:

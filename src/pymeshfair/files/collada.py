@@ -23,7 +23,7 @@ _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lin
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: by the semantic of an input, the names of the parameters that are read
+#: the parameters that are read, a letter for each, by the semantic of an input
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
@@ -185,7 +185,7 @@ class _Reader:
             places = [params.index(p) for p in names if p in params]
         least = 3 if semantic != "TEXCOORD" else 2
         if len(places) < least or max(places) >= stride:
-            raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, and not {least}")
+            raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]

@@ -24,7 +24,7 @@ from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
 from .scenes import METRES, Assembly, affine_matrix, levels
 
-#: most parts of a document; a million take a second to read
+#: the most JSON values in a document; a million take a second to read
 _PARTS = 1_000_000
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
@@ -34,7 +34,7 @@ _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), 
 #: required extensions that are accepted: integer positions and normals, and unlit materials, which move no vertex
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
-#: tolerances: for the last row of a matrix, and for the length of a rotation quaternion
+#: tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation
 _ROUNDED, _UNIT = 1e-6, 0.01
 _Part: TypeAlias = Mapping[str, Any]
 
@@ -390,11 +390,11 @@ class _Document:
         self._length += len(data) + -len(data) % 4
         return view
 
-    def accessor(self, values: Array, **more: Any) -> int:
+    def accessor(self, values: Array, **fields: Any) -> int:
         kind = next(code for code, dtype in _COMPONENTS.items() if values.dtype.newbyteorder("=") == dtype)
         shape = next(name for name, width in _WIDTHS.items() if values.shape[1] == width)
         view = self.view(values.tobytes())
-        return self.add("accessors", bufferView=view, componentType=kind, count=len(values), type=shape, **more)
+        return self.add("accessors", bufferView=view, componentType=kind, count=len(values), type=shape, **fields)
 
     def write(self, target: BinaryIO) -> None:
         self.parts["buffers"] = [{"byteLength": self._length}]
@@ -454,7 +454,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
-    """Returns, for the vertices of the file, mesh vertex (ascending) and texture coordinates; and the faces of the file."""
+    """Returns the vertices of the file, as mesh vertices (ascending) and texture coordinates, and the faces of the file."""
     n, faces = len(mesh.vertices), mesh.faces.astype(np.int64)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None or not len(faces):

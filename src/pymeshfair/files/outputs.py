@@ -48,7 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Refuses an output that cannot be written, or without `overwrite` an existing one that was changed or has other sources."""
+    """Refuses an output that cannot be written, or without `overwrite` an existing file that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -186,7 +186,7 @@ def save_mesh(
     warnings = _check_precision(kind, mesh, resolution, output)
     present = attributes_of(mesh)
     if not len(mesh.faces) and "edges" in present - kind.holds:
-        raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
+        raise OutputError(output, "the mesh is made of edges, which the format cannot hold; .ply and .obj keep them")
     if lost := kind.lost(present):
         words = " and ".join(filter(None, (", ".join(lost[:-1]), lost[-1])))
         warnings.append(f"{output.name} does not hold the {words} of the mesh; .ply keeps them")
@@ -197,7 +197,7 @@ def save_mesh(
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
     side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
     missing = [texture.name for texture in every if texture.image is None]
-    warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in missing]
+    warnings += [f"the texture {name!r} does not exist; the output still refers to it" for name in missing]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
     write: Writer = load_function(kind.writer)

@@ -1,1 +1,1 @@
-"""Loads pymeshlab and calls its filters; holds facts about the filters, their former names and repeatability in JSON."""
+"""Loads pymeshlab and calls its filters; JSON files hold facts about the filters, such as former names and repeatability."""

@@ -50,7 +50,7 @@ def differences_from_installed() -> list[str]:
 
 
 def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
-    """Returns a sentence for each filter name, a key, that one of the two mappings lacks."""
+    """Returns a sentence for each filter name, a key, that only one of the mappings has."""
     differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
     return differences + [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
 
@@ -69,17 +69,17 @@ def _filter(method: str, name: str, classes: int, requires: int, changes: int, a
     )
 
 
-def _parameter(xml_name: str, kind: str, default: Any, *more: Any) -> Parameter:
+def _parameter(xml_name: str, kind: str, default: Any, *choices_or_bounds: Any) -> Parameter:
     names: dict[str, Any] = {"name": python_name(xml_name), "label": xml_name, "xml_name": xml_name}
     if kind == "Enum":
-        choices = tuple(more[0])
+        choices = tuple(choices_or_bounds[0])
         return Enum(**names, default=None if default is None else choices[default], choices=choices)
     if kind == "Percentage":
         return Percentage(**names, default=None if default is None else Length.parse(default), minimum=None)
     if isinstance(default, list):
         default = tuple(tuple(x) if isinstance(x, list) else x for x in default)
-    if more:
-        names |= {"minimum": more[0], "maximum": more[1]}
+    if choices_or_bounds:
+        names |= {"minimum": choices_or_bounds[0], "maximum": choices_or_bounds[1]}
     of_kind: type[Parameter] = getattr(declaration, kind)
     return of_kind(**names, default=default)
 
@@ -92,10 +92,10 @@ def python_name(xml_name: str) -> str:
 
 @dataclass(frozen=True)
 class Former:
-    """How to write an old filter, or old parameters of a filter that kept its name, today. Values are texts, as in scripts."""
+    """Today's form of an old filter, or of the old parameters of a filter that kept its name. Values are texts, as in scripts."""
 
-    now: str | None  # MeshLab's name of the filter today; None if it is gone, or became several
-    #: by a parameter and its value, the name of the filter that it became; an absent value counts as 0
+    now: str | None  # MeshLab's name of the filter today; None if it is gone or became several filters
+    #: for a filter that became several: by parameter and its value, the name of the filter today; an absent value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     idle: bool = False  # it never changed a mesh, so its steps can be left out
     invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
@@ -121,7 +121,7 @@ class Former:
         return self.now
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
-        """Returns the equivalent values today of a value of an old parameter; None if `turns` has no entry."""
+        """Returns today's equivalent of a value of an old parameter, as values by parameter; None if `turns` has no entry."""
         cases = self.turns.get(parameter)
         if cases is None:
             return None
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps the plain forms of old names, except those equal to the plain form of the name of today."""
+    """Maps old names in plain form to their entries; leaves out a name whose plain form is that of today's name."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

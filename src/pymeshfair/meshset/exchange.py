@@ -18,7 +18,7 @@ from ..write_back import Workbench, custom_attributes
 
 #: values by name
 Values: TypeAlias = dict[str, NDArray[Any]]
-#: names among the values of other packages: of MeshLab's scalar, of normals (which follow from the faces), and of colours
+#: names of values that mean MeshLab's scalar, normals (which MeshLab computes from the faces), and colours
 _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
 #: names of variables in MeshLab's expressions, which an attribute of the same name would hide
 _VARIABLES = frozenset(
@@ -45,7 +45,7 @@ class Arrays:
         """Notes which contents a package cannot hold, given by name, with _ for a blank."""
         lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
         if lost:
-            self.lost.append(f"a mesh of {package} does not take its {', '.join(lost)}")
+            self.lost.append(f"a mesh of {package} cannot hold the {', '.join(lost)}")
 
 
 def as_meshlab(arrays: Arrays) -> Any:
@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh in a mesh set; attributes from before it was added would be freed memory."""
+    """Adds values as custom attributes to a mesh that is in a mesh set; added earlier, they would refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -96,7 +96,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     for element, name, values in custom_attributes(bench, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
-        arrays.lost.append("the texture stays in MeshLab: save a file with it")
+        arrays.lost.append("the texture stays in MeshLab: save the mesh to a file to keep it")
     return arrays
 
 
@@ -200,7 +200,7 @@ def _of_scene(scene: Any) -> Arrays:
         raise ForeignMeshError(f"the scene has {why}")
     arrays = _of_trimesh(parts[0] if len(parts) == 1 else scene.to_geometry())
     if len(parts) > 1:
-        arrays.lost.append(f"the {len(parts)} parts of the scene are one mesh without their names")
+        arrays.lost.append(f"the {len(parts)} parts of the scene became one mesh, without their names")
     return arrays
 
 
@@ -268,7 +268,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first of the values that has one of the names and one of the numbers of columns."""
+    """Removes and returns the first array with one of the names and one of the numbers of columns; None without one."""
     fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
     name = next(fitting, None)
     return None if name is None else values.pop(name)

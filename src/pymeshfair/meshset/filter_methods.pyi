@@ -139,9 +139,9 @@ class FilterMethods(metaclass=LateMethods):
             range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
                 'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
                 edges; 'huber' slows it there; 'l2' does not.
-            range_sigma: Larger differences between neighbouring colours are edges, and are kept; from black to white it is
-                1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median difference. Takes
-                a number of at least 0, or 'auto'.
+            range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white
+                differ by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median
+                difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
             iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
@@ -971,8 +971,8 @@ class FilterMethods(metaclass=LateMethods):
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
                 'conformalized' updates only the areas, so that thin parts do not pinch off.
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-            keep_dimensions: Move parts of the shape back along the normals by what they have lost as a whole: limbs keep their
-                thickness and the shape its size, open or closed. Not for point clouds.
+            keep_dimensions: Move parts of the shape back along the normals by the loss that neighbours have in common: limbs
+                keep their thickness and the shape its size, open or closed. Not for point clouds.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -1667,8 +1667,8 @@ class FilterMethods(metaclass=LateMethods):
             range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
                 'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
                 edges; 'huber' slows it there; 'l2' does not.
-            range_sigma: Larger differences between neighbours are edges, and are kept. Larger smooths stronger noise and blurs
-                more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
+            range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise
+                and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
             iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.

@@ -1,4 +1,4 @@
-"""The side of the parent: starts worker processes, as new interpreters or forks, sends them orders, and pools them."""
+"""Worker processes as their parent handles them: starts them, as new interpreters or forks, sends orders, and pools them."""
 
 from __future__ import annotations
 
@@ -89,9 +89,9 @@ class Process:
 
         Args:
             order: the work.
-            take: called with each other item; if it raises, the wait ends.
+            take: called with each item except the answer; if it raises, the wait ends.
             items: the queue for items, to which others may also add.
-            pulse: called before each wait, returns its most seconds; if it raises, the wait ends.
+            pulse: called before each wait for an item; returns how many seconds it may last. If it raises, the wait ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
         if not self._readers:
@@ -108,7 +108,7 @@ class Process:
                 kind, item = self._items.get(timeout=pulse())
             except Empty:
                 if answer is not None:
-                    break  # a process that it started holds its stderr open
+                    break  # a child of the worker holds stderr open
                 kind, item = "end" if self.has_ended() else "", None
             if kind == "end" and answer is None:
                 with suppress(Empty):  # reads its last lines on stderr
@@ -308,7 +308,7 @@ class Pool:
                     process.close()
 
     def _rest_later(self, seconds: float) -> None:
-        """Schedules a call of `rest`; each new call puts it off."""
+        """Schedules a call of `rest`, in place of one that is scheduled already."""
         self._clock.cancel()
         self._clock = threading.Timer(seconds, self.rest)
         self._clock.daemon = True
@@ -322,7 +322,7 @@ class Pool:
         return self.call(self._do, Order.of(task, *arguments, memory_limit=memory_limit))
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Calls a function, which may lend a process, in a thread of this process."""
+        """Calls a function in a thread of this process; the function may use `lend`."""
         return self._callers.submit(function, *arguments)
 
     def _do(self, order: Order) -> Answer:

@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
-It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules until the
-first order comes. It ends with its parent, the process that sends orders, also in the middle of a task.
+It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
+waits for the first order. It ends with its parent, the process that sends orders, also in the middle of a task.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def use_up() -> None:
 
 
 def serve(modules: Sequence[str]) -> None:
-    """Carries out the orders on stdin; imports `modules` until the first one comes."""
+    """Carries out the orders on stdin; imports `modules` while it waits for the first one."""
     collect_seldom()
     orders, reports = _take_over_streams()
     faulthandler.enable()
@@ -135,14 +135,14 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads what orders need, until the first one comes."""
+    """Loads what orders need, while no order has come."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]
     for load in loads:
         if not inbox.empty():
             return
-        with suppress(Exception):  # the order meets the same error, and reports it
+        with suppress(Exception):  # the order will raise the same error, which is reported
             load()
 
 

@@ -63,8 +63,8 @@ def shown_mesh(
     """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud an even
-    sample is taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh. `like` is the same mesh
-    with moved vertices; its elements are kept.
+    sample is taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh. `like` shows the same
+    mesh with other positions of its vertices; the result has its elements.
     """
     vertices, faces = mesh.vertices, mesh.faces
     elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
@@ -99,7 +99,7 @@ def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
     A grid needs little time and memory, while quadrics need both for every face.
     """
     areas = vector_lengths(cross_products(local, faces))
-    side = math.sqrt(float(areas.sum()) / target)  # a cell has two faces, each half of its square
+    side = math.sqrt(float(areas.sum()) / target)  # each cell keeps about two faces, each half of a square
     cells = np.floor(local / side).astype(np.int64) if side > 0.0 else np.arange(len(local))[:, None]
     cells -= cells.min(axis=0)
     key = np.ravel_multi_index(cells.T, cells.max(axis=0) + 1)
@@ -206,13 +206,13 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
 
 
 def _planes(array: NDArray[Any]) -> bytes:
-    """The differences of integers from row to row: first all lowest bytes, then all next ones."""
+    """The differences of integers from row to row, as bytes: the lowest byte of every integer, then every second byte, ..."""
     if not array.size:
         return b""
     table = array.reshape(len(array), -1)
     steps = np.diff(table, axis=0, prepend=np.zeros((1, table.shape[1]), dtype=table.dtype))
     if array.dtype == np.uint32:
-        # The corners of a triangle have similar numbers, so differences are along the rows; negative ones become small integers.
+        # The corners of a triangle have similar indices, so differences are along rows; negative ones become small integers.
         flat = table.ravel()
         signed = np.diff(flat, prepend=np.uint32(0)).astype(np.int32)
         steps = ((signed << 1) ^ (signed >> 31)).astype(np.uint32)[:, None]

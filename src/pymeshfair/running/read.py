@@ -1,4 +1,4 @@
-"""Reads and measures mesh files for commands that change none, and runs steps on them for the values that these report."""
+"""Reads and measures mesh files for commands that change no file, and runs filters on a mesh file to get the reported values."""
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
 from .supervise import run_job
 
-#: the number of vertices above which MeshLab's search for faces that cut others takes as long as the rest of a report
+#: the number of vertices from which MeshLab's search for self-intersections takes as long as the rest of a report
 MOST_CUTS = 200_000
 
 
@@ -119,7 +119,7 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """For each step its relative lengths in mesh units, by parameter; the steps are run on the mesh file to find them."""
+    """For each step its relative lengths in mesh units, by parameter, found by running the steps on the mesh file."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     reports: Sequence[StepReport] = ()

@@ -15,7 +15,7 @@ from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
-    """The script with these values in place of its own; of two texts for one parameter, the later one wins.
+    """The script with the values of `overrides` in place of its own; of two texts for one parameter, the later one wins.
 
     A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have,
     a number from 1, or a filter's name, or a part of a name that fits a single step. `parse_value` says how VALUE is written.
@@ -101,6 +101,6 @@ def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Sc
     for new in used.values():
         if settings.setdefault(new.name, new) != new:
             default = settings[new.name].default
-            raise ParameterError(f"the recipe has another setting {new.name!r}, whose default is {default}")
+            raise ParameterError(f"the recipe has another setting {new.name!r} already, whose default is {default}")
     step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
     return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))

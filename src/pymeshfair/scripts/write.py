@@ -34,9 +34,9 @@ def format_script(
 ) -> str:
     """The text of the .mlx file, ending with a newline.
 
-    Parameters are written in declared order, with their defaults. MeshLab chooses two kinds of defaults: those that follow from
-    the mesh, such as the number of triangles to decimate to; and without `known_mesh`, lengths relative to its size. A relative
-    length is written in ``relative=``, and for MeshLab as an absolute value, on a mesh of this `diagonal` and `mean_edge`.
+    Parameters are written in declared order, also those with defaults. Two kinds of defaults are left to MeshLab: those that
+    follow from the mesh, such as the number of triangles after a decimation; and without `known_mesh`, relative lengths. A
+    relative length is written in ``relative=``, and for MeshLab as the absolute value for this `diagonal` and `mean_edge`.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
     if invalid := _UNWRITABLE.search(text):
@@ -110,7 +110,7 @@ def export_script(
     step lengths in mesh units, by Python parameter name; they are used instead of those computed from `mesh`.
 
     Raises:
-        ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; lists all such steps.
+        ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; names all such steps.
     """
     whole = script.with_defaults()
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
@@ -148,5 +148,5 @@ def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]
     if equivalent.closed_only and not closed:
         open_mesh = "and this one is open, or a step before may open it or select"
         unknown = "say with --for MESH which mesh it is for"
-        return step, f"{why}: {builtin.name!r} does the same on closed meshes alone, {open_mesh if has_mesh else unknown}"
+        return step, f"{why}: {builtin.name!r} does the same only on closed meshes, {open_mesh if has_mesh else unknown}"
     return Step(builtin, builtin.with_defaults(equivalent.values), step.line), ""

@@ -36,8 +36,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     """Adds vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
 
     Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
-    change; new faces have its texture. `vertices` is the number to add, `may_seed` the mask of possible seeds, at least one.
-    Returns the seed, and whether a mesh of polygons alone was triangulated.
+    change; new faces have its texture. `vertices` is the number to add; `may_seed` marks the possible seeds, at least one face.
+    Returns the seed, and whether polygons were triangulated, since no triangle could be the seed.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target[faces[: len(old_faces)]] = old_faces
     # Vertices made by subdivision precede those made by cutting, so they survive the merging, in order.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
-    # At most one of each face: with two of them a surplus face would not vanish.
+    # At most one vertex of each face is used: a surplus face with two of them would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     owner[faces] = np.arange(len(faces))[:, None]
     divided = divided[np.sort(np.unique(owner[divided], return_index=True)[1])]
@@ -88,7 +88,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
-    # All edges have a length now, so edges within polygons change the total. A list of polygons takes far more memory.
+    # No edge has length 0 now, so edges within polygons change the total. A list of polygons would take far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to subdivide a triangle for so many vertices, and so many faces that keep no vertex after the cut."""
+    """Returns how often to subdivide a triangle for so many vertices, and so many faces with only new vertices after the cut."""
     times = 1
     while True:
         side = 2**times

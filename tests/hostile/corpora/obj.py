@@ -16,7 +16,7 @@ ROWS = (
     (
         "levels_with_materials.obj",
         "mtllib a.mtl\nv 0 0 0 0 0 0\nv 1 0 0 255 0 0\nv 0 1 0 0 128 0\nf 1 2 3\n",
-        (3, 1, "they are read as levels up to 255", "the texture 'gone.png' does not exist; the output names it all the same"),
+        (3, 1, "they are read as levels up to 255", "the texture 'gone.png' does not exist; the output still refers to it"),
     ),
     (
         "nan.obj",
@@ -161,7 +161,7 @@ ROWS = (
             3,
             1,
             "uses of the material 'nothere', which its material files do not have",
-            "the texture 'gone.png' does not exist; the output names it all the same",
+            "the texture 'gone.png' does not exist; the output still refers to it",
         ),
     ),
     (
