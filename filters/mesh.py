@@ -191,8 +191,9 @@ class NormalisedMesh:
 
     def new_points(self) -> Floats:
         """(k, 3) the points in a new array."""
-        points = (self.vertices if self.order is None else self.vertices.take(self.order, axis=0)) - self.middle
-        points *= self.scale
+        points = np.empty((len(self), 3))
+        with threads_for(len(self)):
+            _normalise(self.vertices, self.middle, self.scale, self._listed, points)
         return points
 
     @cached_property
@@ -306,6 +307,14 @@ def _mark_used(cells: Ints, used: Bools) -> None:
 
 
 @compiled(parallel=True)
+def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, points: Floats) -> None:
+    for k in prange(points.shape[0]):
+        i = order[k] if order.shape[0] else np.int32(k)
+        for c in range(3):
+            points[k, c] = (vertices[i, c] - middle[c]) * scale
+
+
+@compiled(parallel=True)
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
@@ -343,8 +352,21 @@ def unit_scale(low: Floats, high: Floats) -> float:
 
 def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
     """(3,) the lowest and (3,) the highest coordinates of (n, 3) vertices, n at least 1."""
-    # Column by column, because NumPy reduces rows of three an order of magnitude more slowly.
-    return np.array([column.min() for column in vertices.T]), np.array([column.max() for column in vertices.T])
+    low, high = vertices[0].copy(), vertices[0].copy()
+    _widen(vertices, low, high)
+    return low, high
+
+
+@compiled
+def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
+    # Scalars, because NumPy reduces rows of three an order of magnitude more slowly.
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    for i in range(vertices.shape[0]):
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    low[0], low[1], low[2] = x0, y0, z0
+    high[0], high[1], high[2] = x1, y1, z1
 
 
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:

@@ -117,7 +117,7 @@ def chosen_projection(
         neighbors = min(reduction * tried.neighbors, len(coordinates) - 1)
         return tried._replace(neighbors=neighbors, range_sigma=tried.range_sigma * (spacing / cloud.scale))
 
-    choice = cross_validate(held, run, deviations, [list(map(label, family)) for family in families], progress=progress)
+    choice = cross_validate(local, held, run, deviations, [list(map(label, family)) for family in families], progress=progress)
     chosen = min((trial for trial in choice.trials if trial.excess <= trial.uncertainty), key=lambda trial: trial.label.amount)
     if sample.correlation > tuned.CLOUD_INDEPENDENT and chosen.error**2 >= 2.0 * (tuned.EVEN * sample.quietest) ** 2:
         chosen = choice.trials[0]

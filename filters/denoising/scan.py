@@ -202,7 +202,13 @@ class Scan:
             return np.asarray(np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]))
 
         return cross_validate(
-            held, lambda mask: candidates(start(mask), mask), deviations, labels, stays=stays, progress=self.progress
+            self.points,
+            held,
+            lambda mask: candidates(start(mask), mask),
+            deviations,
+            labels,
+            stays=stays,
+            progress=self.progress,
         )
 
     def choose_by_risk(

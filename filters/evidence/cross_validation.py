@@ -9,6 +9,7 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings
 from . import tuned
@@ -66,15 +67,18 @@ class Scores(NamedTuple):
         return Choice(trials[self.best if chosen is None else chosen], trials)
 
 
-def scores_of(deviations: Floats) -> Scores:
+def scores_of(deviations: Floats, near: Ints | None = None) -> Scores:
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
-    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. This removes
-    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least
-    mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
+    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. If `near` is
+    given, (h, c) indices, m is the median over the vertices near each one, of that candidate. This removes the effect of outliers;
+    the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least mean q. The excess of
+    candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
-    squares = np.minimum(sizes, max(tuned.WEAK, tuned.CLIP * float(np.median(sizes, axis=1).min()))) ** 2
+    medians = np.median(sizes, axis=1)
+    scale = medians.min() if near is None else np.median(sizes[medians.argmin()][near], axis=1)
+    squares = np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2
     means = squares.mean(axis=1)
     best = int(means.argmin())
     differences = squares - squares[best]
@@ -100,6 +104,7 @@ def initial_positions(
 
 
 def cross_validate(
+    points: Floats,
     held: Sequence[Ints],
     run: Callable[[Ints], Runs],
     deviations: Callable[[Ints, int, Floats], Floats],
@@ -113,6 +118,7 @@ def cross_validate(
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
     which should do nothing, always stays. The remaining sets are skipped once a single candidate is left.
 
+    The (n, 3) `points` say which held-out vertices are near each other, for `scores_of`; `held` are their indices, by sets.
     `run` returns the results of the candidates for a set, by families; `labels` are their labels. `deviations` takes a set, the
     number of a candidate and its result, and returns (h,) deviations in mean edges. `progress` is called after every family and
     may raise to stop.
@@ -122,20 +128,27 @@ def cross_validate(
     for number, mask in enumerate(held):
         sets.append(np.full((len(kept), len(mask)), np.inf))
         share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
+        places = points[np.concatenate(held[: number + 1])]
+        near = spatial.cKDTree(places).query(places, min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
         if number == 0:
-            kept = _race(run(mask), labels, deviate, sets[0], share)
+            kept = _race(run(mask), labels, deviate, sets[0], near, share)
         else:
             sets[-1][kept] = measured(run(mask), labels, deviate, share, kept)
-        kept[kept] = scores_of(np.hstack(sets)[kept]).within(stays)
+        kept[kept] = scores_of(np.hstack(sets)[kept], near).within(stays)
         decided = np.count_nonzero(kept) == 1
         kept[0] = True
         if decided:
             break
-    return scores_of(np.hstack(sets)[kept]).choice([list(compress(chain.from_iterable(labels), kept))])
+    return scores_of(np.hstack(sets)[kept], near).choice([list(compress(chain.from_iterable(labels), kept))])
 
 
 def _race(
-    runs: Runs, labels: Sequence[Sequence[Label]], deviate: Callable[[int, Floats], Floats], rows: Floats, progress: Progress
+    runs: Runs,
+    labels: Sequence[Sequence[Label]],
+    deviate: Callable[[int, Floats], Floats],
+    rows: Floats,
+    near: Ints,
+    progress: Progress,
 ) -> Bools:
     """Runs the families in parallel, fills the rows of deviations, and returns which candidates were reached.
 
@@ -154,9 +167,9 @@ def _race(
         in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
         latest = starts[going] + step
         reached[latest] = True
-        scores = scores_of(rows)
-        errors, near = scores.errors, scores.within(tuned.STAYS)
-        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or near[at] or errors[at] < errors[at - 1]]
+        scores = scores_of(rows, near)
+        errors, ties = scores.errors, scores.within(tuned.STAYS)
+        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or ties[at] or errors[at] < errors[at - 1]]
     return reached
 
 

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..geometry import face_areas
+from ..geometry import cross_product
 from ..libraries import sparse
 from ..linear_solvers import Cholesky, RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, mask_of, normalised_mesh, spikes
@@ -124,9 +125,8 @@ def fair_region(
     moved[freed] = solution.values / mesh.scale + mesh.middle
     faired = part.points.copy()
     faired[places] = solution.values
-    changed = part.faces[part.free[part.faces].any(axis=1)]
-    area = float(face_areas(part.points, changed).sum())
-    share = float(face_areas(faired, changed).sum()) / area if area > 0.0 else 1.0
+    area_before, area_after = _areas(part.points, faired, part.free, part.faces)
+    share = area_after / area_before if area_before > 0.0 else 1.0
     accuracy = solution.backward_error, solution.last_correction / extent, solution.refinements
     return FairedRegion(moved, mask_of(freed, len(points)), *accuracy, share, irregular)
 
@@ -311,8 +311,30 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
-    around = mass.copy()
-    np.maximum.at(around, faces, mass[faces].max(axis=1, keepdims=True))
+    around = _largest_around(mass, faces)
     # A one-ring without mass, as at triangles without area, gets the mean mass.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))
+
+
+@compiled
+def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
+    """Returns the area of the triangles with a free vertex, from the points before and after."""
+    sums = np.zeros(2)
+    for a, b, c in faces:
+        if free[a] or free[b] or free[c]:
+            for k, points in enumerate((before, after)):
+                x, y, z = cross_product(points, a, b, c)
+                sums[k] += 0.5 * math.sqrt(x * x + y * y + z * z)
+    return sums[0], sums[1]
+
+
+@compiled
+def _largest_around(mass: Floats, faces: Ints) -> Floats:
+    """Returns the largest mass among each vertex and its neighbours."""
+    largest = mass.copy()
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        most = max(mass[a], mass[b], mass[c])
+        largest[a], largest[b], largest[c] = max(largest[a], most), max(largest[b], most), max(largest[c], most)
+    return largest

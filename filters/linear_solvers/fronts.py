@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -75,23 +75,39 @@ class Fronts(NamedTuple):
 
     def solve(self, values: Floats, b: Floats) -> Floats:
         """Solves for (n, k) right-hand sides with the factors; the (n, k) result has the memory layout of b."""
-        x = np.empty(b.shape, order="F" if b.flags.f_contiguous else "C")
+        layout: Literal["F", "C"] = "F" if b.flags.f_contiguous else "C"
+        x = np.empty(b.shape, order=layout)
         y = np.zeros((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         aside = np.zeros((len(self.parts), len(y), int(self.above.max(initial=-1)) + 1, _TOGETHER))
-        for k, column in enumerate(b.T):
-            y[k // _TOGETHER, :, k % _TOGETHER] = column[self.order]
+        _put_in_order(self.order, np.asarray(b, order=layout), y)
         with threads_for(len(self.order)):
             _forward_parts(self, values, y, aside)
             _solve_above(self, values, y, aside)
             _backward_parts(self, values, y)
-        for k in range(b.shape[1]):
-            x[self.order, k] = y[k // _TOGETHER, :, k % _TOGETHER]
+        _put_back(self.order, y, x)
         return x
 
     def in_place(self) -> Fronts:
         """Returns the same plan for the matrix whose rows and columns are sorted into `order`."""
         same = np.arange(len(self.order), dtype=np.int32)
         return self._replace(order=same, places=same)
+
+
+@compiled(nogil=True)
+def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
+    """Copies the columns of `b` into `y` in groups of `_TOGETHER`, with the rows in `order`."""
+    for h in range(y.shape[0]):
+        for i in range(order.shape[0]):
+            for c in range(min(_TOGETHER, b.shape[1] - h * _TOGETHER)):
+                y[h, i, c] = b[order[i], h * _TOGETHER + c]
+
+
+@compiled(nogil=True)
+def _put_back(order: Ints, y: Floats, x: Floats) -> None:
+    for h in range(y.shape[0]):
+        for i in range(order.shape[0]):
+            for c in range(min(_TOGETHER, x.shape[1] - h * _TOGETHER)):
+                x[order[i], h * _TOGETHER + c] = y[h, i, c]
 
 
 def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:

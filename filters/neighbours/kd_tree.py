@@ -176,17 +176,13 @@ def keep_nearest(
     low, high = 0.0, bound
     n_low, n_high = 0, count
     if bound == FAR:
-        high = 0.0
-        for i in range(count):
-            high = near[q, i] if near[q, i] > high else high
+        high = _farthest(near, q, count)
     # Guessing a distance, as if all were evenly spread, and counting is faster than sorting.
     for _ in range(_GUESSES):
         guess = low + (high - low) * ((0.5 * (k + most) - n_low) / (n_high - n_low))
-        n = 0
-        for i in range(count):
-            n += 1 if near[q, i] <= guess else 0
+        n = _count_within(near, q, count, guess)
         if k <= n <= most:
-            _move_to_front(near, at, q, count, guess)
+            _drop_beyond(near, at, q, count, guess)
             return n, guess, ANY_INDEX
         if n in (n_low, n_high):
             break  # probably ties
@@ -194,11 +190,37 @@ def keep_nearest(
             high, n_high = guess, n
         else:
             low, n_low = guess, n
-    _move_to_front(near, at, q, count, high)
+    _drop_beyond(near, at, q, count, high)
     if n_low > 0:
         _move_to_front(near, at, q, n_high, low)
     _select(near, at, q, n_low, n_high, k - 1, indices)
     return k, near[q, k - 1], int(indices[at[q, k - 1]])
+
+
+@compiled(nogil=True)
+def _farthest(near: Floats, q: int, count: int) -> float:
+    largest = 0.0
+    for i in range(count):
+        largest = near[q, i] if near[q, i] > largest else largest
+    return largest
+
+
+@compiled(nogil=True)
+def _count_within(near: Floats, q: int, count: int, limit: float) -> int:
+    n = 0
+    for i in range(count):
+        n += 1 if near[q, i] <= limit else 0
+    return n
+
+
+@compiled(nogil=True)
+def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
+    """Keeps the candidates within a distance, without a branch."""
+    front = np.uint64(0)
+    for i in range(count):
+        distance = near[q, i]
+        near[q, front], at[q, front] = distance, at[q, i]
+        front += np.uint64(distance <= limit)
 
 
 @compiled(nogil=True)
