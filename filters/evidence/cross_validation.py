@@ -70,9 +70,9 @@ class Scores(NamedTuple):
 def scores_of(deviations: Floats, near: Ints | None = None) -> Scores:
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
-    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. If `near` is
-    given, (h, c) indices, m is the median over the vertices near each one, of that candidate. This removes the effect of outliers;
-    the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least mean q. The excess of
+    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. With (h, c)
+    indices `near`, m is the median over the vertices near each one, of that candidate. This removes the effect of outliers; the
+    bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least mean q. The excess of
     candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
