@@ -72,7 +72,7 @@ def test_wrong_steps_are_refused_when_they_are_added() -> None:
         recipe.meshing_close_holes(maxholesiz=3)  # type: ignore[call-arg]
     with pytest.raises(ParameterError, match="takes a length such as '1%'"):
         recipe.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
-    with pytest.raises(ParameterError, match="another setting 'size', whose default is 20%"):
+    with pytest.raises(ParameterError, match="another setting 'size' already, whose default is 20%"):
         recipe.meshing_merge_close_vertices(threshold=recipe.setting("size", "1%"))
     with pytest.raises(ParameterError, match="'x >' is no expression that MeshLab can evaluate: it knows"):
         recipe.compute_selection_by_condition_per_vertex(condselect="x >")

@@ -8,6 +8,7 @@ import importlib
 import importlib.metadata
 import traceback
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from keyword import iskeyword
 
@@ -118,8 +119,9 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
-            metadata = distribution.metadata
-            place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
+            with suppress(FileNotFoundError):  # raised by importlib_metadata, which other packages import in its place
+                metadata = distribution.metadata
+                place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
             if place not in by_name:  # else the same package occurs earlier on sys.path
                 by_name[place] = sorted(distribution.entry_points.select(group=ENTRY_POINT_GROUP), key=lambda e: e.name)
         except Exception as error:

@@ -121,7 +121,7 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     assert "the recipe is for scans" not in done.stderr
     other = invoke("run", path, sphere("m"), "-o", tmp_path / "other.ply")
     assert other.exit_code == 1
-    assert "the recipe is for scans in mm, and this one is in m" in other.stderr
+    assert "the recipe is for scans in mm, and this scan is in m" in other.stderr
     with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
 

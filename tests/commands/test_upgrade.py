@@ -121,7 +121,9 @@ def test_a_run_upgrades_and_records_what_changed(changed: Path, sphere: Path, tm
     done = invoke("run", changed, sphere, "-o", output, "--upgrade")
     assert done.exit_code == 0, done.stderr
     record = json.loads((tmp_path / "out.ply.provenance.json").read_text("utf-8"))
-    assert any("meaning changes: without it only the faces" in warning for warning in record["warnings"])
+    assert any(
+        "meaning changes: without this parameter MeshLab worked only on the faces" in warning for warning in record["warnings"]
+    )
     assert record["steps"][2]["parameters"]["selected"] is False
 
 

@@ -238,7 +238,7 @@ def test_the_command_fails_out_of_tolerance(tmp_path: Path) -> None:
     assert judged("--tolerance", "60mm", "--unit", "m").exit_code == 0
     unknown = judged("--tolerance", "60mm")
     assert unknown.exit_code == 2
-    assert "say it by --unit" in unknown.stderr
+    assert "give it by --unit" in unknown.stderr
 
 
 def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:

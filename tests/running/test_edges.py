@@ -173,7 +173,9 @@ def test_polylines_of_other_vertices_are_refused(tmp_path: Path, line: str) -> N
     """MeshLab would read past the end of the vertices; the line is named instead."""
     source = tmp_path / "bad.obj"
     source.write_text(obj_text("1 2", line))
-    with pytest.raises(InputError, match=f"its line 7, 'l {line}', (names a vertex that is not among those before it|has something else)"):
+    with pytest.raises(
+        InputError, match=f"its line 7, 'l {line}', (names a vertex that is not among those before it|has something else)"
+    ):
         session_report(source, tmp_path / "out.ply")
 
 
