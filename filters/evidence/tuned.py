@@ -6,17 +6,17 @@ with the rule; docs/denoising.md has all rules.
 
 #: The median absolute value of a normal distribution of standard deviation 1.
 MEDIAN_OF_NORMAL = 0.6744897501960817
+#: A setting is dropped if it is more than this many standard errors behind the best. Not tuned: 3 gives the same choices.
+STAYS = 2.0
 
 # Cross-validation.
 #: Number of sets of held-out vertices. With one set instead of four the mean angle is 2 % larger. On a dodecahedron with impulses
 #: it is 0.59 degrees with four or six sets, 0.39 with eight.
 MASKS = 8
-#: A setting is dropped if it is more than this many standard errors behind the best. The value 3 leads to the same choices.
-STAYS = 2.0
 #: Deviations are clipped at this multiple of the median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
-#: The median is that of so many held-out vertices around each: over all of them, a house with noise of 0.05 and 0.3 edges on its
-#: halves ends at 1.8 in place of 1.06 times the best angle; 40 to 90 choose alike.
+#: This median is over so many held-out vertices near each one. Over all of them, a house with noise of 0.05 and 0.3 edges on its
+#: halves ends at 1.7 times the mean angle of the best setting, with 60 at 1.03; 40 to 90 choose alike.
 NEAR = 60
 #: A setting that flips a larger share of faces loses to a rival that flips half as many: without it 1.73 and 2.17 on a bunny with
 #: sparse noise.
