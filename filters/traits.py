@@ -13,7 +13,7 @@ from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": in mean edges, `shared_noise`, or `Scan.surface_noise` if that is 0. "sharpness": see the function of this name.
+#: "noise": in mean edges, `shared_noise`, or `Scan.surface_noise` without shared noise. "sharpness": see `sharpness`.
 #: "facing": `seen_from_one_side`, 1/2 for half a sphere and at least 0.4 for a range map. "camera noise": 1 if neighbours share
 #: their noise, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]

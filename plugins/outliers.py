@@ -117,9 +117,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
     The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse parts
-    it is two thirds of the median of the points around. The selection of vertices is replaced. Notes report three shares: of the
-    area with selected vertices, of the other area farther than half the limit, and of the points that have no unselected surface
-    within the limit. Returns the number of selected vertices.
+    it is two thirds of this median over the points nearby. The selection of vertices is replaced. Notes report three shares: of
+    the area with selected vertices, of the other area farther than half the limit, and of the points that have no unselected
+    surface within the limit. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.
@@ -149,5 +149,5 @@ def _left_out(cloud: Floats, spacing_at: Floats, vertices: Floats, faces: Ints, 
     sample = slice(None, None, max(1, len(cloud) // 10_000))
     away = Surface.of(vertices, faces).nearest(cloud[sample]).distances / spacing_at[sample]
     share = float((away > spacings).mean())
-    note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts"
+    note = f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger reconstruction depth keeps details"
     return (note,) if share > 0.0 else ()

@@ -147,8 +147,8 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
 ) -> Edit:
     """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for inspection.
 
-    Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square of a mode over the surface is 1, its sign is
-    reproducible; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh unit),
+    Modes are eigenfunctions of the Laplace-Beltrami operator. A mode is 0 on all components but one, and at vertices without
+    a triangle; its mean square over the surface is 1, its sign is reproducible. Returns its frequency (radians per mesh unit),
     its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
     Args:

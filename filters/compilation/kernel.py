@@ -3,7 +3,7 @@
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
 cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
-``signatures.json`` lists the kernels and argument types that are used by the shipped recipes and by all filters with defaults.
+``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
 The installation and ``pymeshfair doctor --warm`` compile them ahead in several processes; ``tools/generate.py kernels`` runs the
 recipes and filters, and writes the list.
 """

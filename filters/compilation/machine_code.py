@@ -113,7 +113,7 @@ def stored() -> Stored:
 def read(name: str) -> MachineCode | None:
     """Returns the code stored under a name, or None."""
     for place in (INSTALLED, users_folder()):
-        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # of a cut-off or damaged file
+        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # no such file, or it is damaged
             return MachineCode(*pickle.loads((place / platform_name() / name).read_bytes()))
     return None
 

@@ -24,8 +24,8 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few on noisy models with known truth. Below 1 in
-# one-rings, whose heights include the noise of both ends and of the normal; above 1 for triangles, as corners have small heights.
+# Automatic range sigmas as shares of the sigma of 95 % efficiency: the best of a few shares tried on models with added noise. The
+# share is below 1 for one-rings, whose heights include the noise of both ends and of the normal; corners have small heights.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Larger scales are refused, since their squares would overflow.
@@ -52,9 +52,9 @@ def bilateral_fleishman(
     """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
     h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the mean of the normals around i by
-    area. The sums go over the vertices within sqrt(2) `space_sigma` of i that edges between such vertices connect with i. They
-    leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. This keeps the shape of
-    triangles, but shrinks closed surfaces a little with each step.
+    area. The sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects
+    with i. They leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along
+    normals keeps the shape of triangles, but each step shrinks closed surfaces a little.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -113,7 +113,7 @@ def bilateral_jones(
     The mean is sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g, with a_q the area and c_q the centre of q. The
     plane of q goes through c_q. Its normal is mollified: it is the normal of q after each vertex has moved to the mean
     sum_q a_q f'(|c_q - p|) c_q / sum_q a_q f', where f' is f with half the sigma. The sums go over the triangles with centres
-    within sqrt(2) sigma. So the mesh need not be manifold or connected, but sheets this close have only g to separate them.
+    within sqrt(2) sigma. So the mesh need not be manifold or connected, but only g separates sheets closer than this.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -173,7 +173,7 @@ def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic:
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
-    """Returns the range kernel, see `space_term`; sigma None: `share` of the sigma of 95 % efficiency for the heights."""
+    """Returns the range kernel, see `space_term`; sigma None means `share` times the sigma of 95 % efficiency for `heights`."""
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
     if deviation < np.finfo(np.float64).eps:
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: 9 slices are the 27 cells at a vertex."""
+    """The triangles with an area, sorted by grid cells as wide as the kernel's radius; the 27 cells at a vertex are 9 slices."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
@@ -323,7 +323,7 @@ class _Triangles(NamedTuple):
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
-        """Returns the triangles of a mesh in cells of at least `reach`, with the normals of the same faces at `shape_of`."""
+        """Returns the triangles of a mesh in cells of at least `reach`; normals are computed with the points `shape_of`."""
         areas = np.linalg.norm(cross_products(points, faces), axis=1) / 2.0
         normals, has_normal = _normals(shape_of, faces)
         whole = np.flatnonzero(has_normal & (areas > 0.0))

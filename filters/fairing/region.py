@@ -26,7 +26,7 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
 # The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
-# Whole parts may be far smaller than others. Masses below `_NO_MASS` of the mean, with edges 1e-10 as long, count as rounding.
+# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean (edges of 1e-10) count as rounding.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
@@ -41,8 +41,8 @@ class FairedRegion:
         last_correction: the largest displacement of a vertex in the last refinement step, as a share of the region's diagonal: an
             upper bound of the error of the solution.
         refinements: the number of refinement steps.
-        area_share: the new area of the triangles with a free vertex over the old one; 1 if that was 0. If it is near 0, the fixed
-            vertices lie too close together to span the region.
+        area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
+            fixed vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
             component; see `evened_operator`.
     """

@@ -32,7 +32,7 @@ _LONGEST_STEP = 0.5
 _HALVINGS = 4
 # Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would fray the edges.
 _AT_RIDGES = 0.2
-# Smoothed unit normals at the two vertices opposite a sharp edge differ by more than this length (25 degrees); noise has less.
+# Smoothed unit normals at the two vertices opposite a sharp edge differ by more than this length (25 degrees); noise causes less.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
 # The least cosine between the normal of a moved triangle and its former normal, or the normal of the surface below it. After a
 # flip: between the normals of a new and an old triangle, or of the two new triangles.

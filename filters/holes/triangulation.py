@@ -35,7 +35,7 @@ class VertexPairs(NamedTuple):
     keys: Longs  # (p,) i size + j for each pair (i, j) and for (j, i), ascending
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
-        """The pairs of two of the distinct vertices `chosen`, as indices into `chosen`."""
+        """The pairs with both vertices in `chosen`, which are distinct, as indices into `chosen`."""
         place = np.full(self.size, -1, dtype=np.int64)
         place[chosen] = np.arange(len(chosen))
         first, second = place[self.keys // self.size], place[self.keys % self.size]
@@ -70,8 +70,8 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """Joins the islands to the rim, the nearest first, each by the shortest cut to the polygon so far; `opposite` is -1 at cuts.
 
-    A vertex is several corners if a cut ends there, or if only this vertex attaches a part of the surface. The polygon starts
-    after the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
+    A vertex is several corners if a cut ends there, or if it alone holds a part of the surface. The polygon starts after
+    the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)

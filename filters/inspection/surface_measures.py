@@ -36,7 +36,7 @@ class SurfaceMeasures:
     components: int  # connected components of the faces, or of the edges in a mesh without faces; isolated vertices do not count
     closed: bool  # there are faces, and every edge has two
     oriented: bool  # coherently oriented: the two faces of each inner edge traverse it in opposite directions
-    euler_characteristic: int  # vertices with an edge - edges + faces
+    euler_characteristic: int  # (number of vertices with an edge) - edges + faces
     genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
     diagonal: float  # diagonal of the bounding box of all vertices
     area: float  # area of all faces
@@ -112,7 +112,7 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
 
 @compiled(nogil=True)
 def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> tuple[Ints, bool]:
-    """(n,) the number of fans (faces linked by edges with two faces) at each vertex; whether linked faces agree on outside."""
+    """(n,) the number of fans (faces linked by edges with two faces) at each vertex; whether linked faces are oriented alike."""
     parent, fans = np.arange(3 * faces.shape[0]).astype(np.int32), np.zeros(n_vertices, dtype=np.int32)
     oriented = True
     for p in range(neighbours.shape[0]):

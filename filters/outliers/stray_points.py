@@ -14,7 +14,7 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, and 3 % of points that fill space.
+# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, like 3 % of points that fill space.
 _FLAT = 0.06
 # A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09) and needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3

@@ -139,7 +139,7 @@ def test_units_of_reference_systems(tmp_path: Path, unit: str, factor: str, expe
     assert mesh.unit == expected
     save(mesh, tmp_path / "b.laz")
     assert WKT % (unit, factor) in [getattr(v, "string", "") for v in laspy.read(tmp_path / "b.laz").header.vlrs]
-    assert save(mesh, tmp_path / "c.ply") == ("c.ply does not hold of a.las: its coordinate reference system",)
+    assert save(mesh, tmp_path / "c.ply") == ("c.ply does not hold these contents of a.las: its coordinate reference system",)
 
 
 def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:

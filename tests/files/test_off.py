@@ -74,7 +74,7 @@ def test_polygons_stay_whole(tmp_path: Path) -> None:
     np.testing.assert_allclose(trimesh.Trimesh(mesh.vertices, mesh.faces[:2], process=False).area, 4.0)
     assert mesh.face_attributes["colors"].tolist() == [[255, 0, 0, 255], [255, 0, 0, 255], [51, 102, 255, 128]]
     assert mesh.edges.tolist() == [[1, 4]]
-    assert save(mesh, tmp_path / "b.off") == ("b.off does not hold of a.off: comments",)
+    assert save(mesh, tmp_path / "b.off") == ("b.off does not hold these contents of a.off: comments",)
     lines = (tmp_path / "b.off").read_text().splitlines()
     assert sorted(lines[7].split()[1:5]) == ["0", "1", "2", "3"]
     assert lines[8:] == ["3 0 1 4 51 102 255 128", "2 1 4"]

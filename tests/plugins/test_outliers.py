@@ -142,5 +142,5 @@ def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> N
     assert said == [
         "33.33% of the area is farther than 1.5 spacings from every point, and selected; "
         "8.33% is farther than 0.75, and bridges gaps",
-        "50.00% of the points have no surface within 1.5 spacings: a larger depth keeps finer parts",
+        "50.00% of the points have no surface within 1.5 spacings: a larger reconstruction depth keeps details",
     ]

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from ..batch.plan import Scan
     from ..batch.work import Prospect, Task
 
-#: the most ignored files that are named
+#: the largest number of left-out files that are named
 _NAMED = 10
-#: the most scans that are listed; of more scans, the worst ones
+#: the largest number of scans in the table; of more scans, the worst are listed
 _LISTED = 40
 
 

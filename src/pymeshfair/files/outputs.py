@@ -1,7 +1,7 @@
 """Checks the output files before a run, and writes its mesh to the staging folder.
 
-A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and never
-replace a file that no run wrote. Warnings name the contents that a format cannot hold.
+A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and
+replace only files that a run wrote. Warnings name the contents that a format cannot hold.
 """
 
 import os
@@ -164,7 +164,7 @@ class Writing:
     extension: str = ""  # of the output
 
 
-#: Writes a mesh without a matrix to an open file. Returns notes on contents that are left out or differ from the source file.
+#: Writes a mesh without a transformation matrix to a file. Returns notes on contents left out or unlike those of the source file.
 #: Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
 
@@ -178,7 +178,7 @@ def save_mesh(
     record: Mapping[str, Any] | None = None,
     own_texture_names: bool = False,
 ) -> Saved:
-    """Writes a mesh without a matrix to the staging folder, for `output`, and flushes it to the disk.
+    """Writes a mesh without a transformation matrix to the staging folder, for `output`, and flushes it to the disk.
 
     `resolution` returns the mean edge, or the mean distance of points; `record` is the provenance of the replaced output.
     """
@@ -192,7 +192,7 @@ def save_mesh(
         warnings.append(f"{output.name} does not hold the {words} of the mesh; .ply keeps them")
     source = mesh.source
     if source is not None and source.extras and (source.format != kind.extension or source.document is None):
-        warnings.append(f"{output.name} does not hold of {source.path.name}: {'; '.join(source.extras)}")
+        warnings.append(f"{output.name} does not hold these contents of {source.path.name}: {'; '.join(source.extras)}")
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
     side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)

@@ -3252,9 +3252,9 @@ class FilterMethods(metaclass=LateMethods):
         """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for
         inspection.
 
-        Modes are eigenfunctions of the Laplace-Beltrami operator. The mean square of a mode over the surface is 1, its sign is
-        reproducible; it is 0 at vertices without a triangle and on other components. Returns its frequency (radians per mesh
-        unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+        Modes are eigenfunctions of the Laplace-Beltrami operator. A mode is 0 on all components but one, and at vertices
+        without a triangle; its mean square over the surface is 1, its sign is reproducible. Returns its frequency (radians per
+        mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
         Args:
             mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has
@@ -3641,7 +3641,7 @@ class FilterMethods(metaclass=LateMethods):
         """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
         The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse
-        parts it is two thirds of the median of the points around. The selection of vertices is replaced. Notes report three
+        parts it is two thirds of this median over the points nearby. The selection of vertices is replaced. Notes report three
         shares: of the area with selected vertices, of the other area farther than half the limit, and of the points that have
         no unselected surface within the limit. Returns the number of selected vertices.
 

@@ -177,7 +177,7 @@ def can_fork() -> bool:
 
 
 class ForkedProcess:
-    """A fork of this process that serves orders, with all modules loaded; has the used methods of `subprocess.Popen`."""
+    """A fork of this process that serves orders, with all modules loaded; has the methods of `subprocess.Popen` used here."""
 
     def __init__(self, threads: int | None) -> None:
         """Forks; see `worker_environment` for `threads`."""

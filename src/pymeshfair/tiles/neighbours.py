@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the most points of surrounding cells in memory at once: this share of the points of a tile, but at least this number
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: points compared with surrounding cells at once, and cells in all their lists together, as shares of the points of a tile
+#: points compared with surrounding cells at once, and the total length of their lists of cells, relative to the points of a tile
 _SEARCHING, _LISTED = 0.125, 8
 #: points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -37,7 +37,7 @@ class TilePoints:
 
     cells: Cells  # the cloud
     first: int  # the first cell of the tile
-    last: int  # the cell after its last
+    last: int  # the cell after the last one
     points: Floats  # (n, 3) coordinates, divided by the scale of the cells
     numbers: Longs  # (n,) the indices of the points in the input
     slots: Longs  # (n,) where the points are stored
@@ -78,7 +78,7 @@ class TilePoints:
         return ordered
 
     def search_around(self, most: int) -> Iterator[tuple[NDArray[np.intp], Nearest]]:
-        """Yields rows of points that may have neighbours in other tiles, some at a time, with the nearest in the cloud.
+        """Yields rows of points that may have neighbours in other tiles, block by block, with their nearest in the cloud.
 
         A tile has at most `most` points.
         """

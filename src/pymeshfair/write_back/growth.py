@@ -33,7 +33,7 @@ def check_growable(mesh: Any) -> None:
 
 
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
-    """Adds vertices and faces to the current layer, which has no matrix and has passed `check_growable`.
+    """Adds vertices and faces to the current layer, which has no transformation matrix and has passed `check_growable`.
 
     Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
     change; new faces have its texture. `vertices` is the number to add; `may_seed` marks the possible seeds, at least one face.
@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target[faces[: len(old_faces)]] = old_faces
     # Vertices made by subdivision precede those made by cutting, so they survive the merging, in order.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
-    # At most one vertex of each face is used: a surplus face with two of them would not vanish.
+    # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     owner[faces] = np.arange(len(faces))[:, None]
     divided = divided[np.sort(np.unique(owner[divided], return_index=True)[1])]
@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to subdivide a triangle for so many vertices, and so many faces with only new vertices after the cut."""
+    """Returns how often to subdivide a triangle for so many vertices, and for so many faces with all vertices made by the cut."""
     times = 1
     while True:
         side = 2**times
