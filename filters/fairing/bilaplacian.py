@@ -213,7 +213,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """Returns the energy norm, the least of all components, of moving a component by its diagonal: sqrt(sum of data) diagonal."""
+    """Returns the least energy norm of moving a whole component by its diagonal: sqrt(sum of its data) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)
