@@ -44,7 +44,7 @@ __all__ = [
 
 #: The columns in the table of `measure_faces`: the unit normal, the area, the centre; the eighth column is unused.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
-# Lengths in this range can be squared without overflow and underflow.
+# Lengths in this range can be squared without overflow or underflow.
 _SQUARED = 1e-140, 1e140
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -52,7 +52,7 @@ _LONGEST_WALK = 64
 
 @compiled
 def cross_product(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float]:
-    """Returns (b - a) x (c - a), whose length is twice the area; seen from its tip (a, b, c) is counter-clockwise."""
+    """Returns (b - a) x (c - a): its length is twice the area, and (a, b, c) is counter-clockwise if seen from its tip."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -87,7 +87,7 @@ def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, f
         return 0.0, 0.0, 0.0, 0.0
     first, second = np.sqrt(squared_length(points, a, b)), np.sqrt(squared_length(points, a, c))
     third = np.sqrt(squared_length(points, b, c))
-    # R is the product of the edges over four areas.
+    # R is the product of the edge lengths divided by four times the area.
     quality = 2.0 * doubled * min(first, second, third) / (np.sqrt(3.0) * first * second * third)
     return quality, nx / doubled, ny / doubled, nz / doubled
 
@@ -102,7 +102,7 @@ def angles_between(first: Floats, second: Floats) -> Floats:
 
 
 def corner_angles(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) the angle of every face at each of its vertices, in radians; 0 where two of them coincide."""
+    """(m, 3) the angle of every face at each of its vertices, in radians; 0 if two of these vertices coincide."""
     angles = np.empty(faces.shape)
     _fill_corner_angles(np.ascontiguousarray(vertices, dtype=np.float64), faces, angles)
     return angles
@@ -116,13 +116,13 @@ def _fill_corner_angles(points: Floats, faces: Ints, angles: Floats) -> None:
 
 
 def area_vector(loop: Floats) -> Floats:
-    """(3,) the area of a plane loop along the normal from which it is counter-clockwise: half the sum of p_i x p_(i + 1)."""
+    """(3,) half the sum of p_i x p_(i + 1): a plane loop's area times the unit normal from which it is counter-clockwise."""
     centred = loop - loop.mean(axis=0)
     return np.asarray(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2.0)
 
 
 def side_lengths(loop: Floats) -> Floats:
-    """(k,) the length of the side from each point to the next."""
+    """(k,) the length of each side of a closed loop, from each point to the next."""
     return np.asarray(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))
 
 
@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, very small and very large ones too."""
+    """(e,) the lengths of (e, 2) edges; no square overflows or underflows."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, very small and very large ones too: no square overflows or underflows."""
+    """(n,) the lengths of (n, 3) vectors; no square overflows or underflows."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -248,7 +248,7 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """Counts the faces whose normals turn by more than a right angle between two sets of (n, 3) vertices, of ordinary size."""
+    """Counts the faces that turn by more than a right angle between the (n, 3) points `before` and `after`, of ordinary size."""
     return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
@@ -365,7 +365,7 @@ class WalkableSurface(NamedTuple):
         return cls(points, faces, around.offsets, np.ascontiguousarray(around.rows[:, 0]))
 
     def first_faces(self) -> Ints:
-        """(n,) int32 the lowest face at every vertex, where a walk may start; 0 if there is none."""
+        """(n,) int32 the face of lowest index at every vertex, where a walk may start; 0 at vertices without a face."""
         has_faces = np.diff(self.offsets) > 0
         first = np.zeros(len(self.points), dtype=np.int32)
         first[has_faces] = self.around[self.offsets[:-1][has_faces]]

@@ -1,7 +1,7 @@
 """The compiler process: the only process that imports numba.
 
-All other processes start fast without numba, and numba's settings for the processor affect only the compiler process. It starts
-with the first kernel that is not stored, compiles one kernel after the other, and ends with its parent process.
+All other processes start fast without numba, and numba's settings for the processor affect only the compiler process. The first
+kernel without stored machine code starts this process. It compiles one kernel after the other, and ends with its parent process.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: Environment variables of the compiler process, on which the machine code depends; the user's numba settings have no effect.
-#: SLP vectorises the three coordinates of a point, which shortens a smoothing step of 10,000 vertices by 30 %.
+#: Environment variables of the compiler process. The machine code depends on them, and not on the user's numba settings.
+#: The SLP vectoriser computes the three coordinates of a point at once: a smoothing step of 10,000 vertices is 30 % shorter.
 SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -34,7 +34,7 @@ class CompilationError(PymeshfairError, ImportError):
 
 
 class Compiler:
-    """A compiler process, which starts with the first kernel; one thread at a time uses it."""
+    """A compiler process, which starts when the first kernel is to be compiled; one thread at a time uses it."""
 
     def __init__(self) -> None:
         """See the class."""

@@ -1,4 +1,4 @@
-"""Rounded coordinates, such as depths rounded to steps of disparity: finds the terraces on the surface and smooths them.
+"""Rounded coordinates, such as depths rounded to steps of disparity: finds the terraces that they form, and smooths them.
 
 In this module `points` are (n, 3) coordinates, `faces` (m, 3) triangles, `movable` (n,) the vertices that may move, None for all.
 """
@@ -16,7 +16,7 @@ from .noise_level import FourthOrder, ring_means
 #: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# The largest angle between faces of one level, in radians; also the largest thickness of a level, in mean edges.
+# The largest angle between normals of one level, about this in radians; the largest thickness of a level, in mean edge lengths.
 _FLAT = 1e-3
 
 
@@ -24,15 +24,15 @@ class Rounding(NamedTuple):
     """Rounding along one axis (depths) or along up to three perpendicular axes (coordinates)."""
 
     directions: tuple[Floats, ...]  # (3,) unit vectors of the axes
-    levels: tuple[Floats, ...]  # for each axis (k,) the levels along it on which vertices lie, ascending
+    levels: tuple[Floats, ...]  # for each axis, the (k,) coordinates along it at which vertices lie, ascending
 
     @property
     def step(self) -> float:
-        """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
+        """The largest median step between levels, over all axes. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-        """Returns (n, 3) a smoother surface, of less bi-Laplacian energy, that is rounded to the same levels."""
+        """Returns (n, 3) points that round to the same levels, but on a smoother surface: one of less bi-Laplacian energy."""
         means, result = ring_means(edges(faces), len(points)), points
         for direction, levels in zip(*self, strict=True):
             heights = points @ direction
@@ -43,18 +43,18 @@ class Rounding(NamedTuple):
             if movable is not None:
                 low, high = np.where(movable, low, heights), np.where(movable, high, heights)
             now = heights
-            for _ in range(100 // len(self.directions)):  # with three axes a hundred steps would shrink tubes to their limits
-                # Gradient descent on the squares of (I - W)^2 with W = (I + 2 U) / 3 and U = means; I - W = 2/3 (I - U).
+            for _ in range(100 // len(self.directions)):  # 100 steps on each of three axes would shrink tubes
+                # The heights x become x - 0.9 (I - W)^2 x with W = (I + 2 U) / 3 and U = `means`, so I - W = 2/3 (I - U).
                 differences = (now - means @ now) * (2.0 / 3.0)
                 now = np.clip(now - 0.9 * (2.0 / 3.0) * (differences - means @ differences), low, high)
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
     def distances_outside(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
-        """Returns (n,) the distances of (n, 3) points from the rounding intervals of the `rounded` points, in steps.
+        """Returns (n,) how far (n, 3) points are outside the intervals that round to the `rounded` points, in units of the step.
 
-        The true points have the distance 0. With several axes the distance is measured along the axes and along the (n, 3) unit
-        `normals`; the smaller one counts, since every filter slides vertices along the surface.
+        The unrounded points have the distance 0. With several axes the distance is measured along the axes and along the (n, 3)
+        unit `normals`; the smaller distance counts, since every filter slides vertices along the surface.
         """
         moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
         for direction, levels in zip(self.directions, self.levels, strict=True):
@@ -70,7 +70,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     """Returns the rounding of a mesh, None if it was not rounded.
 
     On a rounded mesh all faces within a level have the same normal, which is the axis. The vertices lie on few levels along the
-    axis, and the surface is rough along it. Further axes are perpendicular to the first.
+    axis, and the surface is rough in this direction. Further axes are perpendicular to the first.
     """
     edge = mean_edge_length(points, faces)
     if edge == 0.0 or not len(faces):
@@ -92,18 +92,18 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
 
 
 def _axes(normals: Floats) -> list[Floats]:
-    """Returns up to three axes: the most frequent normal, the most frequent one perpendicular to it, and their cross product."""
+    """Returns up to three axes: the most frequent normal, the most frequent normal perpendicular to it, their cross product."""
     normals = normals * np.sign(normals[np.arange(len(normals)), np.abs(normals).argmax(axis=1)])[:, None]
     width = 2 * int(1.0 / _FLAT) + 3
     keys, axes = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1], list[Floats]()
     for _ in range(2):
         across = np.flatnonzero(np.abs(normals @ axes[0]) < _FLAT) if axes else np.arange(len(normals))
         _, first, counts = np.unique(keys[across], return_index=True, return_counts=True)
-        if not len(counts) or (not axes and len(counts) < 8):  # a staircase by design has fewer different normals
+        if not len(counts) or (not axes and len(counts) < 8):  # a designed staircase has fewer different normals
             return axes
         flush = normals[across] @ normals[across[first[counts.argmax()]]] > 1.0 - _FLAT**2
         direction = normals[across][flush].sum(axis=0)
-        length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
+        length = np.linalg.norm(direction)  # 0 if the most frequent normal is 0, the normal of faces without area
         if length == 0.0 or (not axes and flush.mean() < tuned.FLUSH):
             return axes
         axes.append(direction / length)
@@ -111,7 +111,7 @@ def _axes(normals: Floats) -> list[Floats]:
 
 
 def _levels(heights: Floats, width: float) -> Floats | None:
-    """Returns the levels of heights, ascending; None if there are fewer than three, or one is wider than `width`."""
+    """Returns the middles of the levels of heights, ascending; None for fewer than three levels, or one thicker than `width`."""
     heights = np.sort(heights)
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]

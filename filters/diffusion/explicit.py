@@ -18,10 +18,10 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The most passes that remove spikes. A pass removes only the highest spike of a one-ring; the next pass finds smaller ones there.
+# The most passes that remove spikes. A pass removes only the highest spike of a one-ring; the next pass finds smaller ones.
 _SPIKE_PASSES = 10
-#: One iteration: takes its number, from 0, the points, and an array to overwrite, which has the fixed vertices already; returns
-#: the new points and the array that the next iteration may overwrite.
+#: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
+#: vertices. It returns the new points and the array that the next iteration may overwrite.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
 
 
@@ -52,15 +52,15 @@ def explicit_smoothing(
             a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. The check uses an upper
             bound of rho: Gershgorin's bound for "scale_dependent" and "robust"; for "laplace_beltrami" the smaller of that bound
             and the largest eigenvalue of a single triangle [irons1971], which is exact on equilateral triangles.
-        iterations: number of steps. More are smoother; the time is proportional.
+        iterations: number of steps. More steps smooth more; the time is proportional to their number.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
-            "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
-            of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. This is an Euler step of length
+            "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. The first formula is an Euler step of length
             sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
-        whole: the mesh that this one is a part of; None if it is complete. If the part has the order of the whole, a vertex with
-            `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the whole's order of elements, a
+            vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
@@ -69,7 +69,7 @@ def explicit_smoothing(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, which the error names, at once or after some shrinking.
+        UnstableStepError: at the start or after some shrinking, the step exceeds the largest stable step, which the error names.
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
@@ -124,11 +124,11 @@ def explicit_surface(
     steps: int,
     update: UpdateRule = "euler",
 ) -> ExplicitSurface:
-    """Prepares a mesh for iterations of `steps` steps each, reordered if that is faster; see `explicit_smoothing`."""
+    """Prepares a mesh for iterations of `steps` steps each, and reorders it if that is faster; see `explicit_smoothing`."""
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
-    # "robust" keeps the order of the faces, in which a library assembles it. In a bad order cotangents take twice the time.
+    # "robust" is not reordered: a library assembles it in the order of the faces. A step with cotangents counts as two sweeps.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps):
         mesh = mesh.by_place()
@@ -164,13 +164,13 @@ def taubin_fairing(
         faces: (m, 3) triangles.
         operator: the Laplace operator L; weights that depend on lengths or angles are computed anew for every step.
         step: lambda, above 0. Larger is smoother.
-        mu: the step back, below -step. A mu nearer to -step narrows the pass band, and so is smoother.
+        mu: the step back, below -step. A mu nearer to -step narrows the pass band, and so smooths more.
         pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
-        iterations: number of pairs of steps. More damp more, but only above the pass band; the time is proportional.
+        iterations: number of pairs of steps. More pairs damp more, but only above the pass band, and take longer.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        whole: the mesh that this one is a part of; None if it is complete. If the part has the order of the whole, a vertex with
-            2 `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
+        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the whole's order of elements, a
+            vertex with 2 `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
     Returns:
@@ -179,7 +179,7 @@ def taubin_fairing(
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
-        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
+        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue k that such a mesh can have, so that
             the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
     check_choice("operator", operator, TaubinOperator)
@@ -231,7 +231,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
-    """Returns the mu of `pass_band` if given, else `mu`; refuses steps that amplify a mode of up to the largest eigenvalue."""
+    """Returns the mu of `pass_band` if given, else `mu`; refuses a step that would amplify the mode of `largest_eigenvalue`."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)
@@ -289,9 +289,9 @@ def remove_spikes(
     """Moves the tips of spikes to the mean m of their neighbours.
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
-    |p_i - m| > k s, k the `steepness`, and |p_i - m| is the largest in its one-ring. All tips move at once; this repeats until
-    none is left, at most ten times. A pyramid over a regular polygon has the steepness height / radius: k = 1.5 is a tip with an
-    angle of 67 degrees between opposite sides.
+    |p_i - m| > k s, with k the `steepness`, and if this distance is not smaller than those of its neighbours. All tips move at
+    once; this repeats until no tip is left, at most ten times. A pyramid over a regular polygon has the steepness
+    height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -320,7 +320,7 @@ def remove_spikes(
     for done in range(_SPIKE_PASSES):
         progress(done / _SPIKE_PASSES)
         means = (neighbours @ points) / degrees
-        # The shorter formula sum |p_j|^2 - d |m|^2 would lose the digits of small one-rings.
+        # The shorter formula sum |p_j|^2 - d |m|^2, with d neighbours, would lose the digits of small one-rings.
         spread = np.bincount(rows, ((points[columns] - means[rows]) ** 2).sum(axis=1), minlength=n) / degrees[:, 0]
         heights = np.linalg.norm(points - means, axis=1)
         highest = heights.copy()

@@ -1,4 +1,4 @@
-"""Predicts the height of a vertex by a least-squares quadric through its two rings, its neighbours and their neighbours.
+"""Predicts the height of a vertex by a least-squares quadric through its two rings: its neighbours and their neighbours.
 
 In this module `points` are (n, 3) coordinates of a size around 1, `rings` their one-rings, `normals` (n, 3) unit normals, and
 `chosen` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from fits and medians.
@@ -15,10 +15,10 @@ from ..topology import OneRings, one_rings
 
 # Width s of the weights, in mean distances of the one-ring: the second ring weighs less, since a quadric fits only nearby.
 _WIDTH = 1.3
-# Fewer vertices than this get a plane (three coefficients), no quadric (six); also vertices on a conic, with a smaller pivot.
+# With fewer samples or a smaller relative pivot (samples on a conic), a plane of 3 coefficients replaces the quadric of 6.
 _LEAST_SAMPLES = 8
 _LEAST_PIVOT = 1e-4
-# Capacity for the vertices of two rings, usually a dozen to some dozens.
+# The most vertices of two rings that are used; two rings usually have one to a few dozen vertices.
 _CAPACITY = 1024
 
 
@@ -27,9 +27,9 @@ def predicted_heights(
 ) -> tuple[Floats, Floats]:
     """Predicts the heights of vertices along their normals from the surrounding vertices.
 
-    For vertex i with the unit normal n, the heights n . (p_j - p_i) of the vertices j in two rings are fitted over the tangential
-    coordinates by a polynomial of second degree: least squares with the weights exp(-r^2 / 2 s^2), s = 1.3 mean distances of the
-    one-ring. The prediction is the value at 0. It depends on the vertex's place along the surface, but not on its height.
+    For vertex i with the unit normal n, a polynomial of second degree in the tangential coordinates is fitted to the heights
+    n . (p_j - p_i) of the vertices j in two rings. The least squares have the weights exp(-r^2 / 2 s^2), with r the tangential
+    distance and s 1.3 times its mean in the one-ring. The prediction is the polynomial's value at 0, a height above p_i.
 
     Returns:
         heights: (k,) in the unit of the points; 0 without surrounding vertices.
@@ -41,13 +41,13 @@ def predicted_heights(
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
-    """Returns (n,) heights / sqrt(1 + gains^2) of `predicted_heights`: the standard deviation is that of independent noise."""
+    """Returns (n,) heights / sqrt(1 + gains^2) of `predicted_heights`: their standard deviation is that of independent noise."""
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 
 
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, chosen: Ints) -> Floats:
-    """Returns (n, 3) the points, of which the chosen ones are moved along their normals to the quadrics through the others."""
+    """Returns (n, 3) the points, with the chosen points moved along their normals to the quadrics through the other points."""
     hidden = mask_of(chosen, len(points))
     heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, chosen, hidden)
     result = points.copy()
@@ -58,7 +58,7 @@ def put_where_expected(points: Floats, faces: Ints, normals: Floats, chosen: Int
 def medians_around(values: Floats, rings: OneRings, ignored: Bools, wanted: Bools, none: float) -> tuple[Floats, Floats]:
     """Returns (n,) medians of the values in two rings round the `wanted` vertices, and (n,) median absolute deviations from them.
 
-    `ignored` values do not count. Both results are `none` for other vertices, and where no value counts.
+    `ignored` values do not count. Both results are `none` for vertices that are not `wanted`, and where no value counts.
     """
     middles, spreads = np.full(len(values), none), np.full(len(values), none)
     over_range(_find_medians, len(values), values, rings, ignored, wanted, middles, spreads)
@@ -115,14 +115,14 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """Returns the value at 0 of the quadric fitted to weighted heights, and its standard deviation for heights of deviation 1.
+    """Returns the value at 0 of the quadric fitted to weighted heights, and its deviation for heights of standard deviation 1.
 
     It fits a plane to fewer than eight samples or to samples on a conic, and takes the mean if the plane fails, too.
 
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
-        count: number of samples; without samples the height is 0.
-        most: the largest standard deviation; above it a quadric is replaced by a plane, and a plane by the mean.
+        count: number of samples; without samples the value is 0.
+        most: the largest standard deviation of the value; above it a plane replaces a quadric, and the mean a plane.
         work: (9, 6) scratch array.
     """
     matrix, terms, solution = work[:7], work[7], work[8]
@@ -136,7 +136,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
             for a in range(size):
                 for b in range(a + 1):
                     matrix[a, b] += w[at] * terms[a] * terms[b]
-        # Row 0 of the inverse turns the weighted sums into the value at 0.
+        # Row 0 of the inverse matrix turns the weighted sums into the value at 0.
         matrix[size, 0] = 1.0
         if not _solve(matrix, size, solution):
             continue
@@ -182,7 +182,7 @@ def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Returns two perpendicular unit tangents, 0 for the normal 0. A fit with all terms of a degree does not depend on them."""
+    """Returns two perpendicular unit tangents, 0 for the normal 0. Rotating them does not change a fit with all terms."""
     # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y
@@ -204,7 +204,7 @@ def _terms(u: float, v: float, terms: Floats) -> None:
 
 @compiled(nogil=True)
 def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
-    """Solves by a Cholesky factorisation in the lower triangle; the row below it is the right side. False if nearly singular."""
+    """Solves by a Cholesky factorisation in the lower triangle; row `size` is the right side. False if nearly singular."""
     for a in range(size + 1):
         for b in range(min(a, size)):
             for c in range(b):

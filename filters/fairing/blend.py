@@ -16,15 +16,15 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# The orientation is clear if one of the two possible necks has at most this share of the bending of the other.
+# It is clear whether a part is inside out if the neck for one answer has at most this share of the bending of the other neck.
 _CLEARLY = 0.5
-# If the centres of the rims are nearer than this many mean radii, the line between them does not give the direction of the neck.
+# If the centres of two rims are closer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
-# The planes of such rims decide if the cosine of the angle between their normals is larger in size than this.
+# Then the normals of the rims decide, if the cosine of the angle between them exceeds this in absolute value.
 _PARALLEL = 0.7
 #: The most vertices of a band.
 MOST_ADDED = 10_000_000
-#: The most spans between two rims in the search for a band. Each takes a byte: 400 MB in all, and 3 s.
+#: The most spans (edges from one rim to the other) in the search for a band. Each takes a byte: 400 MB in all, and 3 s.
 MOST_SPANS = 400_000_000
 
 # The number of spans between two calls of `progress`.
@@ -75,7 +75,7 @@ def facing_rims(
     """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.
 
     A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean, over the vertices of
-    both, of the distance to the nearest vertex of the other; each rim has the same weight.
+    both rims, of the distance to the nearest vertex of the other rim; both rims have the same weight.
     """
     rims = [
         loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
@@ -116,10 +116,10 @@ def one_is_inside_out(first: Floats, second: Floats) -> bool | None:
     """Returns True if turning one part over would at least halve the bending of the neck, False if at least double it, else None.
 
     The rims, (a, 3) and (b, 3), have the direction of the faces that would close them. Then the area vector of a rim points out
-    of a correct part, and into a part that is inside out. A neck leaves one part along its area vector s and enters the other
-    against its area vector, along t. The axis of the neck is modelled as the cubic between the centres of the rims with the unit
-    tangents s and t, at a scale where the chord d has length 1. The bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a
-    fourth of the integral of its squared second derivative. None also if a rim has no area.
+    of a correct part, and into a part that is inside out. A neck leaves one rim along its area vector s, and enters the
+    other rim along t, against the area vector of that rim. The axis of the neck is modelled as the cubic between the centres of
+    the rims with the unit tangents s and t, at a scale where the chord d has length 1. Its bending is a fourth of the integral of
+    its squared second derivative: |s - d|^2 + (s - d) . (t - d) + |t - d|^2. None also if a rim has no area.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
@@ -153,7 +153,7 @@ class Blend:
 
     vertices: Floats  # (k, 3) the new vertices
     faces: Ints  # (b, 3) the new triangles, oriented like those at the rims; n + i is new vertex i of a mesh of n vertices
-    rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of these triangles
+    rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of the new triangles
     doubtful: bool  # whether a part may be inside out: `one_is_inside_out` gave None
 
 
@@ -162,8 +162,8 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
 
     Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
     contains the shortest span and has the least sum of squared spans. Rows of new vertices divide its spans evenly, and
-    neighbouring rows are joined in the same way. The number of rows of triangles is the mean span over sqrt(3) / 2 of the mean
-    edge of the rims, rounded, at least one: then triangles are equilateral on average.
+    neighbouring rows are joined in the same way. The number of rows of triangles is the mean span divided by sqrt(3) / 2 times
+    the mean edge of the rims, rounded, and at least one. So the triangles are equilateral on average.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -203,7 +203,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
-    """Returns the number of rows of equilateral triangles, as long as the mean edge of the rims, between two rims."""
+    """Returns how many rows of equilateral triangles, with the rims' mean edge length as side, fit between two rims."""
     with np.errstate(over="ignore"):
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
@@ -246,7 +246,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range
     nearest, index = spatial.cKDTree(second).query(first)
     i, j = int(nearest.argmin()), int(index[nearest.argmin()])
-    # The path of least cost through the grid of spans, from (i, j) once round both loops to (i, j) again.
+    # The path of least cost through the grid of spans, from (i, j) once round both loops and back to (i, j).
     closed, other = (np.take(loop, range(k, k + len(loop) + 1), axis=0, mode="wrap") for loop, k in ((first, i), (second, j)))
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
@@ -260,7 +260,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 @compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Fills the grid's rows from `start` to before `end`; `costs` has the costs of row start - 1, then of row end - 1."""
+    """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1."""
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0
@@ -272,7 +272,7 @@ def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats
             else:
                 from_first[i, j] = False
                 costs[j] = length + costs[j - 1] if j > 0 else length
-            # A path first along all of one loop would use its first span twice, and this edge would have four triangles.
+            # A path that first follows all of one loop would use its first span twice, and this edge would have four triangles.
             if (i == 0 and j == second.shape[0] - 1) or (i == first.shape[0] - 1 and j == 0):
                 costs[j] = np.inf
 

@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
 
-#: The amplitude of the cosine below which brightness is not clipped: smaller makes the edges of stripes sharper.
+#: Brightness is 1 for cosines above this value, and 0 for cosines below minus this value; smaller values sharpen the stripes.
 _SOFTNESS = 0.25
 
 
@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit vertex normals, weighted by corner angles, so that split faces give the same; 0 if no face has area."""
+    """(n, 3) unit means of the face normals weighted by corner angles, so splitting faces changes nothing; 0 without area."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -50,7 +50,7 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
             sums[corner, 2] += angle * z / length
 
 
-#: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
+#: "cotangent": the Laplace-Beltrami operator, which converges on regular meshes. "uniform": the mean of the one-ring, which needs
 #: no area and is robust to slivers, but has an error where vertices are spread unevenly.
 CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
 #: "deficit": the angle deficit of the vertex, in radians. "per_area": the deficit divided by the area of the vertex.
@@ -87,9 +87,9 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
     """(n,) the Gaussian curvature of every vertex [meyer2003]; 0 at vertices without a face.
 
-    "deficit", in radians: 2 pi less the sum of the corner angles at an inner vertex, which is the integral of the curvature over
-    its neighbourhood; pi less the sum at a border vertex, the turn of the border. On every mesh without non-manifold vertices,
-    closed or not, the deficits sum to 2 pi times the Euler characteristic (Gauss-Bonnet).
+    "deficit", in radians: 2 pi minus the sum of the corner angles at an inner vertex, which is the integral of the curvature over
+    its neighbourhood; pi minus the sum at a border vertex, the angle by which the border turns. On every mesh without
+    non-manifold vertices, closed or not, the deficits sum to 2 pi times the Euler characteristic (Gauss-Bonnet).
 
     "per_area": the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on
     developable surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and
@@ -153,7 +153,7 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
         normals: (n, 3) unit normals; 0 gives 0.5.
         view: (3,) from the surface to the eye.
         direction: (3,) along the lamps.
-        stripes: the number of lamps, rounded; larger shows smaller defects.
+        stripes: the number of lamps, rounded; more lamps show smaller defects.
 
     Raises:
         FilterInputError: a direction without length, or stripes not above 0.

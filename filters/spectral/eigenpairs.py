@@ -1,7 +1,7 @@
 """Manifold harmonics: the lowest eigenpairs of a spectral problem, none missing, and single modes as values at the vertices.
 
 Large sparse operators are solved by spectrum slicing: band by band, and the eigenvalues of each band are counted. SciPy's ARPACK
-searches near one shift and does not count, so it may miss some. docs/solvers.md compares the times.
+searches near one shift and does not count, so it may miss eigenvalues. docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from ..mesh import Floats
 from ..operators import SurfaceOperatorName
 from .problem import SpectralProblem, spectral_problem
 
-#: Matrices of up to `_DENSE` rows are solved densely, up to `_DENSE_LIMIT` if more than one in `_DENSE_SHARE` modes is wanted.
+#: Dense solvers take matrices of up to `_DENSE` rows, or `_DENSE_LIMIT` if more than one in `_DENSE_SHARE` modes is wanted.
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
-#: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest ones. Spectrum slicing, whose
-#: rounding is relative to each row, then takes over if at most one in this many modes is wanted.
+#: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest eigenvalues. Then spectrum slicing,
+#: whose rounding is relative to each row, takes over if at most one in this many modes is wanted.
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band, for matrices below and from `_LARGE` rows. Wide bands need more orthogonalisation, narrow ones more factors.
+#: Modes per band of matrices below and from `_LARGE` rows. Wide bands need more orthogonalisation, narrow bands more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
@@ -39,7 +39,7 @@ _POLISHES = 3  # the most refinements of the modes of a band
 #: Columns of a Lanczos block, solved for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
-#: tests the basis grows by `_GROWTH`.
+#: tests the basis grows by the factor `_GROWTH`.
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
 #: Vectors added to these sizes; they matter if few modes are wanted.
 _SMALL = 40
@@ -54,8 +54,8 @@ def lowest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Computes the `count` lowest modes: S v = kappa M v with V^T M V = I.
 
-    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix. Neither
-    misses an eigenvalue. The first mode of a component is a positive constant with kappa 0. Every other mode has the sign that
+    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix; both find
+    all eigenvalues. The first mode of a component is a positive constant with kappa 0. Every other mode has the sign that
     makes its inner product with one fixed random vector positive.
 
     Args:
@@ -63,7 +63,7 @@ def lowest_eigenpairs(
         count: the number of modes, from 0; all modes if there are fewer.
         constants: False leaves out the constant mode of every component; `count` then counts the others.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. If triangles differ so much in
-            size that rounding exceeds it, 1e-6 kappa is accepted, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
+            size that rounding exceeds this, 1e-6 kappa is accepted, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
         progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
             is half a second at 100,000 vertices, and grows with the mesh.
 
@@ -86,7 +86,7 @@ def lowest_eigenpairs(
 
 
 def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float, progress: Progress) -> tuple[Floats, Floats]:
-    """Merges the lowest modes of all components, without the first `skipped` of each; their areas predict the counts."""
+    """Merges the lowest modes of all components, without the first `skipped` of each; areas predict the number per component."""
     parts = problem.n_components
     sizes = np.bincount(problem.components, minlength=parts)
     ends = np.cumsum(sizes)
@@ -110,7 +110,7 @@ def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float,
         component_of = np.repeat(np.arange(parts), [len(pair[0]) - skipped for pair in solved])
         order = np.argsort(kappa, kind="stable")[:count]
         last = kappa[order[-1]] if len(order) else np.inf
-        # If the highest computed mode of a component is among the chosen ones, its next mode may belong there too.
+        # If the highest computed mode of a component is among the chosen ones, the component's next mode may belong to them too.
         most = np.minimum(sizes, count + skipped)
         incomplete = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(solved, most, strict=True)])
         if not incomplete.any():
@@ -128,7 +128,7 @@ def _merge(problem: SpectralProblem, count: int, skipped: int, tolerance: float,
 def component_modes(
     part: sparse.csr_matrix, area: Floats, count: int, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """Computes the lowest modes of one component from its block of S and diagonal of M, scaled to area 4 pi; checks residuals."""
+    """Computes the lowest modes of one component, from its block of S and its diagonal of M; checks the residuals."""
     unit = area.sum() / (4.0 * np.pi)
     root = np.sqrt(area / unit)
     n = len(root)
@@ -211,7 +211,7 @@ def _by_slicing(
     vectors[places] = ordered
     modes = _CheckedModes(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # Rounding at tiny triangles has high frequencies, which hardly count in the energy norm: measure residuals in it, too.
+        # Residuals at tiny triangles have high frequencies, which hardly count in the energy norm: measure in this norm, too.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             columns = np.asfortranarray(modes.vectors[places, group])
@@ -224,9 +224,9 @@ def _by_slicing(
 
 @dataclass(frozen=True, eq=False)
 class OneHarmonic:
-    """A mode, of mean square 1 over the whole surface."""
+    """A mode with a mean square of 1 over the whole surface."""
 
-    values: Floats  # (n,) at the vertices; 0 on other components and at vertices outside the surface
+    values: Floats  # (n,) at the vertices; 0 on other components and at vertices without a triangle
     eigenvalue: float  # kappa, in one over squared mesh units
     share_of_area: float  # the area of the components where the mode is not 0, as a share of the whole area
     n_components: int  # the number of components of the surface
@@ -277,9 +277,9 @@ def lowest_modes(
 ) -> tuple[Floats, Floats]:
     """Computes the `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite A with a kernel of dimension 1.
 
-    Each round factorises at a shift with about half a band of new eigenvalues expected below it. The negative pivots count the
-    eigenvalues below the shift [grimes1994]. `modes_near` computes the missing ones and fills the band from above the shift. The
-    last shift lies above the last requested mode and only counts; if a mode is missing below it, one more round computes it.
+    Each round factorises A - shift I, with about half a band of new eigenvalues expected below the shift. The negative pivots
+    count the eigenvalues below it [grimes1994]. `modes_near` computes the missing modes below it, and fills the band with modes
+    above it. The last shift lies above the last requested mode and only counts; if modes are missing, more rounds follow.
 
     A is scaled so that about kappa eigenvalues lie below kappa. `kernel` is the unit vector with A kernel = 0, and `count` is
     well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
@@ -325,8 +325,8 @@ def _refined_modes(
 ) -> tuple[Floats, Floats]:
     """Orthonormalises the modes of a band and reduces their residuals to `tolerance` times kappa; overwrites `vectors`.
 
-    Far from the shift the residual is rounding of the solves, amplified by the eigenvalue nearest to the shift. A further solve
-    removes it but mixes in modes near the shift. A Rayleigh-Ritz step within the band separates the modes again.
+    Far from the shift the residual is the rounding error of the solves, amplified by the eigenvalue nearest to the shift. A
+    further solve removes it but mixes in modes near the shift. A Rayleigh-Ritz step within the band separates the modes again.
     """
     for _ in range(_POLISHES):
         residual = np.empty(len(kappa))
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor changes each mode by lower ones only, whose residuals must be smaller.
+    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; their residuals must be smaller.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -356,7 +356,7 @@ def _refined_modes(
 def _factors_at_next_shift(
     operator: sparse.csc_matrix, fronts: Fronts, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Finds a shift with an eighth of a band to a whole band of new eigenvalues below it; returns the factors at this shift."""
+    """Returns the factors at a shift with an eighth of a band to a whole band of new eigenvalues below it, where possible."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, fronts, float(kappa[-1]) + step, progress, done)
     for _ in range(40):
@@ -378,7 +378,7 @@ def _factors_at_next_shift(
 def modes_near(
     factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """Computes the `below` modes of A below the shift and at least `above` modes next above it; locked modes do not count.
+    """Computes the `below` modes of A below the shift and at least the next `above` modes above it; `locked` modes do not count.
 
     Runs block Lanczos [grimes1994] on (A - shift I)^-1 and makes each block orthogonal to all earlier ones. One inverse iteration
     improves the Ritz vectors; it needs no solve, because the last block contains its result. The residual in A is then the Ritz
@@ -399,7 +399,7 @@ def modes_near(
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * count + _SMALL)))
-        # The last two blocks hold nearly all of the overlap. They go first, so that one pass over the whole basis is exact.
+        # Nearly all overlap is with the last two blocks. It is removed first, so that one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)
@@ -435,7 +435,7 @@ def modes_near(
 
 
 def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]:
-    """Yields the columns from 0 to `count` in groups; calls `progress` with `done` before each group."""
+    """Yields the columns 0 to `count` - 1 in groups; calls `progress` with `done` before each group."""
     for first in range(0, count, _TOGETHER):
         progress(done)
         yield slice(first, min(first + _TOGETHER, count))

@@ -26,11 +26,11 @@ from .problem import (
 )
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
-#: The default of `largest_size` in detail sizes: two octaves.
+#: The default of `largest_size` is this many times `detail_size`: two octaves.
 BAND = 4.0
 #: The most numbers that the basis of modes may have: 0.8 GB.
 LARGEST_BASIS = 100_000_000
-#: A safety factor on the number of modes by Weyl's law, which neglects a term that grows with the border.
+#: A safety factor on the number of modes by Weyl's law, which neglects a term that grows with the length of the border.
 _MARGIN = 1.15
 
 
@@ -42,10 +42,10 @@ class SpectralResult:
         vertices: (n, 3) the new coordinates.
         route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" if there was nothing to filter.
         error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
-            units. The error of the modes themselves, about 1e-9 of the size, is not included.
+            units. The error of the modes themselves, about 1e-9 of the mesh's size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
         modes: the number of computed modes, without the constant mode of each component.
-        degree: the degree of the polynomial or rational function; 0 with modes.
+        degree: the degree of the polynomial or rational function; 0 with "eigenvectors".
         explanation: why nothing was filtered; empty if something was.
     """
 
@@ -94,8 +94,8 @@ def spectral_filter(
             smooth response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: the order of the smooth responses, see `low_pass`. Larger cuts off more sharply.
-        method: "eigenvectors" computes modes. "polynomial" computes none, and takes a rational function if a polynomial would
-            take more than 1,000 products. "auto" computes modes only if `modes` is given and they fit into 0.8 GB.
+        method: "eigenvectors" computes modes. "polynomial" applies a polynomial of the Laplacian, or a rational function if the
+            polynomial's degree would exceed 1,000. "auto" computes modes only if `modes` is given and they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         tolerance: the bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
@@ -176,7 +176,7 @@ def _basis_fits(problem: SpectralProblem, count: int) -> bool:
 def _by_modes(
     problem: SpectralProblem, values: Floats, size: float, response: Response, tolerance: float, progress: Progress
 ) -> SpectralResult:
-    """Returns F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0; V are the modes that F changes."""
+    """F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0, with all modes V where F is not F(infinity)."""
     last, most = response.last_frequency(tolerance), problem.n_waves
     count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
@@ -194,8 +194,8 @@ def _brick_wall(
 ) -> SpectralResult:
     """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
-    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer modes and the
-    remainder get the response at infinity. If `band_of` is None, all computed modes are kept and the remainder is dropped.
+    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves and the
+    remainder, all shorter waves, get the response at infinity. If `band_of` is None, the remainder is dropped.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf

@@ -3,7 +3,7 @@
 A loop has the direction of the faces that would close it. At a vertex with several fans of faces, the border goes from each fan
 to the next one round the vertex. So two holes that share a vertex have two loops. A loop passes a vertex twice only if this
 vertex alone attaches a part of the surface to the rest. Then one polygon closes the loop, and the vertex has a single fan again;
-two separate loops would leave it with two.
+two separate loops would leave it with two fans.
 """
 
 from collections import defaultdict
@@ -23,8 +23,8 @@ BreakReason: TypeAlias = Literal["non_manifold", "orientation"]
 class BoundaryLoop(NamedTuple):
     """A closed loop of border edges."""
 
-    vertices: Ints  # (k,) int32, starting at the lowest, in the direction of a face that closes the loop
-    opposite: Ints  # (k,) int32 the third vertex of the mesh face at each of these edges
+    vertices: Ints  # (k,) int32, starting at the lowest index, in the direction of a face that closes the loop
+    opposite: Ints  # (k,) int32 the third vertex of the mesh face at each edge of the loop
 
 
 class BrokenBorder(NamedTuple):
@@ -54,7 +54,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     corners = faces[at[:, 0]]
     low, high = border.T
     rises = (np.roll(corners, -1, axis=1)[corners == low[:, None]] == high)[:, None]  # the edge of the face goes from low to high
-    # Edges reversed against their faces, in ascending order, so that a cycle starts at its lowest edge.
+    # Edges against the direction of their faces, in ascending order, so that a cycle starts at its lowest edge.
     starts, ends = np.where(rises, border[:, ::-1], border).T
     order = np.lexsort((ends, starts))
     starts, ends, opposite = starts[order], ends[order], (corners.sum(axis=1) - low - high).astype(np.int32)[order]
@@ -93,7 +93,7 @@ def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
 
 
 def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:
-    """The connected parts of border edges, with the reason at the lowest vertex where the border breaks."""
+    """The connected parts of border edges, each with its lowest "non_manifold" break, or else its lowest "orientation" break."""
     if len(starts) == 0:
         return []
     border, at_edges = np.unique([starts, ends], return_inverse=True)
@@ -110,7 +110,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
 def _successors(
     starts: Ints, ends: Ints, faces: Ints, vertices: Floats, non_manifold: Bools
 ) -> tuple[Ints, dict[int, BreakReason]]:
-    """Returns (b,) the border edge that follows each border edge or -1, and by vertex the reason why the border breaks there."""
+    """Returns (b,) the border edge after each border edge, or -1 at a break, and the reason of the break at each such vertex."""
     n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
     balanced = (leaving == arriving) & ~non_manifold
@@ -137,7 +137,7 @@ def _successors(
 
 
 def _ring_successors(near: Ints, marked: Bools) -> dict[int, dict[int, int]]:
-    """Maps each marked vertex v to a map with a -> b for each face (v, a, b), or to an empty map if an a occurs twice."""
+    """Maps each marked vertex v to a map with a -> b for each face (v, a, b), or to an empty map if two faces have the same a."""
     steps: dict[int, dict[int, int]] = defaultdict(dict)
     ambiguous = set()
     for face in near.tolist():
@@ -151,7 +151,7 @@ def _ring_successors(near: Ints, marked: Bools) -> dict[int, dict[int, int]]:
 
 
 def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] | None:
-    """The open fans at v, each a list of neighbours of v; three or more fans are sorted by angle; None if there is no order."""
+    """The open fans at v as lists of neighbours, sorted by angle if three or more; None if they cannot be followed or sorted."""
     fans = []
     for first in sorted(set(next_of) - set(next_of.values())):
         fan = [first]
@@ -174,7 +174,7 @@ def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] 
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
-    """Returns (n,) the component of each vertex, by lowest vertex, or -1 without a proper face; and the number of components."""
+    """Returns (n,) the component of each vertex, -1 without a proper face; and their number. Their lowest vertices ascend."""
     labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
     return labels, int(count)
 
@@ -218,8 +218,8 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 class Submesh(NamedTuple):
     """Free vertices with rings of fixed vertices around them."""
 
-    vertices: Ints  # (n,) ascending, indices of the mesh
-    faces: Ints  # (m, 3) triangles as indices of `vertices`, in the order of the mesh
+    vertices: Ints  # (n,) their indices in the mesh, ascending
+    faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not
     border: Bools  # (n,) whether the vertex lies on the border of the mesh; false on the outermost ring
@@ -228,15 +228,15 @@ class Submesh(NamedTuple):
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
     """Returns the (n,) free vertices with 1 or more rings around them: all faces at free vertices and at all rings but the last.
 
-    Each ring takes one pass over the faces; the other steps take time linear in the submesh. Border vertices of the mesh and
-    vertices without a triangle are not free in the result.
+    Each ring takes one pass over the faces; the other steps take time linear in the size of the submesh. Border vertices of the
+    mesh and vertices without a triangle are not free in the result.
     """
     inside = free.copy()
     chosen = _touching(faces, inside)
     for _ in range(rings - 1):
         inside[chosen] = True
         chosen = _touching(faces, inside)
-    # Marks give the vertices in ascending order without sorting.
+    # A mask gives the vertices in ascending order without sorting.
     vertices = np.flatnonzero(mask_of(chosen, len(points))).astype(np.int32)
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)

@@ -34,7 +34,7 @@ def check_needs(declared: Filter, layer: Layer) -> None:
 
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Returns the values with lengths in mesh units on this layer."""
+    """Returns the values of parameters, with lengths converted to mesh units on this layer."""
 
     def mesh_units(name: str, length: Length) -> float:
         def mean_edge() -> float:
@@ -54,7 +54,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
     """Calls a plugin's filter and returns its edit; `inputs` are all parameter values, from `resolved`.
 
     `on_progress` receives the completed share of the work. If it raises an exception that leaves the filter, `call` raises
-    `StoppedError` with this cause. Other exceptions of the filter are passed on. `MeshError`: its edit does not fit the layer.
+    `StoppedError` with it as cause. Other exceptions of the filter are passed on. `MeshError`: the edit does not fit the layer.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []
@@ -78,5 +78,5 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 
 
 def reason(error: Exception) -> str:
-    """The message of an error; for an error of another package with its class name."""
+    """The message of an error, after the class name if the error is not one of pymeshfair."""
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"

@@ -21,7 +21,7 @@ def plain_name(name: str) -> str:
 
 
 def nearest(name: str, names: Iterable[str], *, cutoff: float = 0.6) -> str | None:
-    """The most similar of `names`; None if the similarity, from 0 to 1, of all of them is below `cutoff`."""
+    """The most similar of `names`; None if no similarity, from 0 to 1, reaches `cutoff`."""
     import difflib
 
     plain = {plain_name(n): n for n in names}
@@ -30,7 +30,7 @@ def nearest(name: str, names: Iterable[str], *, cutoff: float = 0.6) -> str | No
 
 
 def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
-    """The end of a message about a wrong name: the most similar name, or else `otherwise`, or all names."""
+    """The end of a message about a wrong name: the most similar name, else `otherwise` if given, else all names."""
     near = nearest(name, names)
     return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
 
@@ -78,7 +78,7 @@ class RunError(PymeshfairError):
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a run: a step of the recipe, or before or after the steps."""
+    """A place in a run: a step of the recipe, or the work before or after the steps."""
 
     doing: str  # the work: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``
     step: int | None = None  # the number of the step from 1, or None outside the steps
@@ -116,8 +116,8 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
     def __init__(
         self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
     ) -> None:
-        self.status = status  # the exit status; for a signal its negative number
-        self.details = details  # the end of its stderr
+        self.status = status  # the exit status; the negative number of a signal
+        self.details = details  # the end of the worker's stderr
         if self.signal is None:
             cause = f"ended with exit status {status}, which it never does by itself"
         elif self.signal == "SIGKILL":
@@ -150,7 +150,7 @@ class GuardBroken(RunError):  # noqa: N818 - says what happened
 
 
 class RunTimeout(PlacedError):  # noqa: N818 - says what happened
-    """The run was stopped after `seconds`: its time limit if `is_given`, else the limit for reading a file of its size."""
+    """The run was stopped after `seconds`: the limit of the run if `is_given`, else the limit for reading its input file."""
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
         given = f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
@@ -169,7 +169,7 @@ class OutOfMemory(PlacedError):  # noqa: N818 - says what happened
 
 
 class WorkerError(PlacedError):
-    """The worker raised an exception of another class, a defect; `details` has the traceback and the end of stderr."""
+    """The worker raised an unexpected exception, which is a defect; `details` has the traceback and the end of stderr."""
 
     def __init__(self, place: Place, reason: str, details: str) -> None:
         super().__init__(place, f"{reason}; this is a defect of pymeshfair, please report it")

@@ -33,7 +33,7 @@ PAGES = ("html", "htm")
 
 
 def _recipes(incomplete: str) -> list[str]:
-    """The shipped recipes and the scripts that complete a word in the shell."""
+    """The shipped recipes and the scripts that begin with an incomplete word in the shell."""
     import glob
     import importlib.resources
 
@@ -58,7 +58,7 @@ Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The options of a run, and of the runs of a batch; the last five are for a scheduler of dask."""
+    """The options of a run, and of the runs of a batch; the last five are for a dask scheduler."""
 
     set: Annotated[
         list[str] | None,
@@ -146,13 +146,13 @@ def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
     for name, parameter in signature(command).parameters.items():
         keyword = parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY)
         parameters += run_options.values() if name == "chosen" else [keyword]
-    del called.__wrapped__  # typer would read its annotations
+    del called.__wrapped__  # else typer reads the annotations of `command`
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
 
 
-#: bytes by the prefix of a unit
+#: the number of bytes of a unit, by its prefix
 _BYTES = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "MI": 2**20, "GI": 2**30, "TI": 2**40}
 
 

@@ -38,15 +38,15 @@ class Source:
 
     path: Path
     format: str  # its format, an extension in lower case
-    document: Any = None  # kept by the reader for the writer of the same format, which writes unchanged parts as they were
+    document: Any = None  # what the reader keeps for the writer of its format, which writes unchanged parts as they were
     #: names of contents that `MeshData` cannot hold; only a file of the same format can keep them
     extras: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
     #: images that its materials name besides textures; only a file of the same format can keep them
     images: tuple[Texture, ...] = ()
-    vertices: int = 0  # how many vertices it has
-    faces: int = 0  # how many triangles its faces make
-    edges: int = 0  # how many edges its polylines have
+    vertices: int = 0  # the number of its vertices
+    faces: int = 0  # the number of triangles that its faces make
+    edges: int = 0  # the number of edges of its polylines
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,7 +71,7 @@ class MeshData:
         label: the name of the layer.
         unit: the unit of the coordinates, if the file states one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.
-        vertex_ids: (n,) index in the source of each vertex, -1 for a new one; None if all vertices are there in their order.
+        vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None for all vertices of the source.
         face_ids: (m,) the same for the triangles.
         edge_ids: (e,) the same for the edges.
     """
@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the part with the vertices of an (n,) mask, and the edges and faces (of an (m,) mask) that use only these."""
+        """Returns the part with the vertices of an (n,) mask and all edges and faces between them; `faces` may exclude faces."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -128,7 +128,7 @@ class MeshData:
         )
 
     def document(self, kind: type[_T]) -> _T | None:
-        """Returns what the reader keeps for the writer of the same format, if the source has that format."""
+        """Returns what the reader keeps for the writer in `Source.document`; None if that is not of this type."""
         document = None if self.source is None else self.source.document
         return document if isinstance(document, kind) else None
 
@@ -170,7 +170,7 @@ class MeshData:
 
     @property
     def vertex_scalars(self) -> Floats:
-        """(n,) the scalars; 0 if it has none, as in MeshLab."""
+        """(n,) the scalars; 0 if the mesh has none, as in MeshLab."""
         return self.vertex_attributes.get("scalars", _frozen(np.zeros(len(self.vertices))))
 
     @property
@@ -180,7 +180,7 @@ class MeshData:
 
     @property
     def vertex_colors(self) -> Floats:
-        """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
+        """(n, 4) from 0 to 1; white if the mesh has none, as in MeshLab."""
         colors = self.vertex_attributes.get("colors")
         return _frozen(np.ones((len(self.vertices), 4)) if colors is None else colors / 255.0)
 
@@ -226,7 +226,7 @@ class MeshData:
 
     @cached_property
     def mean_edge(self) -> float:
-        """The mean edge length of the faces, else of the polylines, else the mean distance between nearest points."""
+        """The mean edge length of the faces, else of the polylines, else the mean distance from a point to its nearest point."""
         from ..filters.geometry import mean_edge_length
         from ..filters.neighbours import nearest_neighbours
 
@@ -297,7 +297,7 @@ def sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
 
 
 def source_ids(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
-    """Returns the indices in the source of `count` elements; None stands for all in their order."""
+    """Returns the indices of `count` elements in the source: `ids`, or 0 to `count` - 1 if it is None."""
     return np.arange(count) if ids is None else ids
 
 

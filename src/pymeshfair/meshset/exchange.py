@@ -37,19 +37,19 @@ class Arrays:
     colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
     face_colors: Floats | None = None  # (m, 4), or None
     uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
-    of_vertices: Values = field(default_factory=dict)  # (n,) or (n, 3) each
-    of_faces: Values = field(default_factory=dict)  # (m,) or (m, 3) each
+    of_vertices: Values = field(default_factory=dict)  # by name, each (n,) or (n, 3)
+    of_faces: Values = field(default_factory=dict)  # by name, each (m,) or (m, 3)
     lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
     def omit(self, package: str, **contents: Any) -> None:
-        """Notes which contents a package cannot hold, given by name, with _ for a blank."""
+        """Notes that a package cannot hold these contents, unless they are empty; _ in their names stands for a blank."""
         lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
         if lost:
             self.lost.append(f"a mesh of {package} cannot hold the {', '.join(lost)}")
 
 
 def as_meshlab(arrays: Arrays) -> Any:
-    """Returns a `pymeshlab.Mesh` of the arrays, with no values but the scalars; `add_values` adds the others."""
+    """Returns a `pymeshlab.Mesh` of the arrays, with no values but the scalars; `add_values` adds the other values."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
         "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,
@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh that is in a mesh set; added earlier, they would refer to freed memory."""
+    """Adds values as custom attributes to a mesh in a mesh set; if added before it is there, they would refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -74,14 +74,14 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
                 arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
             elif array.ndim == 1:
                 add(_numbers(array), _attribute_name(name))
-            else:  # with an attribute of points MeshLab's expressions would read freed memory
+            else:  # MeshLab's expressions would read freed memory from an attribute of vectors
                 for axis, column in zip("xyz", array.T, strict=True):
                     add(_numbers(column), _attribute_name(f"{name}_{axis}"))
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """Returns the arrays of the current layer, `mesh`; pymeshlab does not give access to the images of textures."""
-    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's are no unit vectors
+    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's normals are no unit vectors
     arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()
@@ -101,7 +101,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
 
 
 def _attribute_name(name: str) -> str:
-    """Returns a name that MeshLab's expressions accept: its filters by function fail on a mesh with any other name."""
+    """Returns a name that MeshLab's expressions accept; filters with expressions fail if any attribute has another name."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 
@@ -178,7 +178,7 @@ def to_pyvista(arrays: Arrays) -> Any:
 
 def arrays_of(mesh: Any) -> Arrays:
     """Returns the arrays of a mesh of trimesh, Open3D or PyVista; raises `ForeignMeshError` for other objects."""
-    if hasattr(mesh, "to_legacy"):  # Open3D's tensors
+    if hasattr(mesh, "to_legacy"):  # a tensor mesh of Open3D
         mesh = mesh.to_legacy()
     if hasattr(mesh, "GetPointData"):
         return _of_pyvista(mesh)
@@ -268,7 +268,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of the names and one of the numbers of columns; None without one."""
+    """Removes and returns the first array with one of the names and one of the numbers of columns; None if there is none."""
     fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
     name = next(fitting, None)
     return None if name is None else values.pop(name)

@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
 It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
-waits for the first order. It ends with its parent, the process that sends orders, also in the middle of a task.
+waits for the first order. It ends when its parent, which sends the orders, ends, even in the middle of a task.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Order:
     """A call of a function in another process."""
 
     call: bytes  # pickled: a function of a module or a method of a picklable object, and its arguments
-    memory_limit: int | None = None  # the most bytes of the process, or None
+    memory_limit: int | None = None  # the most bytes of memory that the process may use, or None
     if_lost: bytes | None = None  # a pickled function that the worker calls if its parent ends, or None
 
     @classmethod
@@ -172,7 +172,7 @@ def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
 
 
 if __name__ == "__main__":
-    # Tasks import this module by its full name: there must be one copy of its state.
+    # Tasks import this module by its full name, so its state must be in that copy and not in `__main__`.
     from pymeshfair.processes import worker
 
     worker.serve(sys.argv[1:])

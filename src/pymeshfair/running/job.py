@@ -79,7 +79,7 @@ class Job:
         return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
 
     def check_unit(self) -> None:
-        """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can hold it."""
+        """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can state a unit."""
         unit, kind = self.unit_of(None), READABLE.get(extension(self.input))
         if kind is None or not kind.has_unit:
             self.lengths_in(unit)
@@ -91,7 +91,7 @@ class Job:
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run begins to read the input, to write the output, or to compare them."""
+    """The run begins to read the input, to write the output, or to compare the two."""
 
     phase: Literal["reading", "writing", "comparing"]
 
@@ -101,7 +101,7 @@ class StepStarted:
     """A step begins."""
 
     index: int  # its number, from 1 to `total`
-    total: int  # how many there are
+    total: int  # the number of steps
     filter: str  # MeshLab's name of its filter
 
 
@@ -135,7 +135,7 @@ class Compiling:
     """Kernels are compiled for this machine; everything else waits."""
 
     kernels: int  # the number of kernels so far, including the one that is being compiled
-    seconds: float  # the time for these so far
+    seconds: float  # the time for these kernels so far
     is_going_on: bool  # whether a kernel is being compiled
 
 
@@ -168,7 +168,7 @@ class RunResult:
     after: Mapping[str, Any]  # the measures of the mesh as written
     change: Mapping[str, Any]  # the fields of `pymeshfair.running.shape_change.ShapeChange` by name
     steps: tuple[StepReport, ...]  # one report a step
-    warnings: tuple[str, ...]  # about everything that the output lacks of the input, and what else the user needs to know
+    warnings: tuple[str, ...]  # about contents of the input that the output lacks, and about the run
     seconds: float  # from start to end
     peak_memory: int | None  # the most bytes that the worker used; None where the system does not measure it
     breaches: tuple[Mapping[str, Any], ...] = ()  # broken limits, each with the fields of `pymeshfair.running.guarding.Breach`
@@ -291,11 +291,11 @@ def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
     )
 
 
-LONGEST_LIST = 64  # numbers; a larger array is recorded by its shape alone
+LONGEST_LIST = 64  # the most numbers of a recorded array; a larger array is recorded by its shape alone
 
 
 def plain(value: Any) -> Any:
-    """The value in terms of JSON; non-finite numbers become the texts nan, inf and -inf."""
+    """The value as JSON can hold it; non-finite numbers become the texts nan, inf and -inf."""
     match value:
         case None | bool() | int() | str():
             return value

@@ -57,7 +57,7 @@ def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None 
 
 
 def usual_edge(mesh: MeshData) -> float:
-    """The length that coordinates must resolve: the mean edge, from a sample of faces, or the mean distance of points."""
+    """The length that coordinates must resolve: the mean edge, from a sample of faces; without faces `mesh.mean_edge`."""
     if not len(mesh.faces):
         return mesh.mean_edge
     faces = mesh.faces[:: max(1, len(mesh.faces) // _SAMPLE)]
@@ -65,7 +65,7 @@ def usual_edge(mesh: MeshData) -> float:
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
-    """(m,) the faces that cut others, found in this process; the mesh is centred, as MeshLab's tests lose digits far away."""
+    """(m,) the faces that cut others, found in this process; the mesh is centred, as MeshLab's tests lose digits far from 0."""
     proper = proper_faces(mesh.faces)  # MeshLab drops degenerate faces, which cut nothing
     if not proper.any():
         return proper

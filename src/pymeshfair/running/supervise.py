@@ -37,7 +37,7 @@ _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
 _TAIL_LINES = 60  # the number of last lines on stderr that an error shows if the worker dies
-#: the time limit to read a file, without compilation: seconds, plus its bytes over a rate; ten times what the slowest file needs
+#: the time limit to read a file, without compilation: seconds + bytes / rate, ten times the time that the slowest file needs
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
@@ -46,7 +46,7 @@ class Interrupted(BaseException):
 
 
 class Interrupts:
-    """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; at its end the first has its usual effect.
+    """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
     So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
     Only then is KeyboardInterrupt raised, or the process ended by the signal. Handlers that the program has set itself stay.
@@ -144,7 +144,7 @@ class Watch:
         self._place = Place("starting the worker")
         self._step = 0  # the step to which lines on stderr belong; 0 for none
         self._load_seconds = self._load_deadline = math.inf
-        self._texts: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, and whether warnings
+        self._texts: defaultdict[tuple[int, bool], list[str]] = defaultdict(list)  # by step, and by whether they are warnings
         self._tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def until_done(self, order: Order, started: float) -> Report:
@@ -185,7 +185,7 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # reading waits for it, minutes on slow machines
+            compiles = isinstance(event, Compiling) and event.is_going_on  # reading waits for it, for minutes on slow machines
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 
