@@ -51,7 +51,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
     enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
     Args:
-        operator: 'cotangent' is right on every mesh; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
+        operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
     """
     return _colored(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
 
@@ -82,7 +82,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
 def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = True) -> Edit:
     """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
-    The quality is the shortest edge over the circumradius, normalised. Colours from dark violet at 0 to bright yellow at 1.
+    The quality is the shortest edge divided by the circumradius, normalised. Colours go from dark violet at 0 to yellow at 1.
     Returns the limits, the lowest, the highest and the mean value.
     """
     shapes = inspection.triangle_shapes(layer.vertices, layer.faces)
@@ -104,7 +104,7 @@ def compute_color_by_reflection_lines_per_vertex(
     The lines jump at creases, and bend sharply where the curvature jumps. The brightness, from 0 to 1, becomes the vertex scalar.
 
     Args:
-        stripes: The number of lamps all round. More show smaller defects, down to the length of the edges.
+        stripes: The number of lamps all round. More lamps show smaller defects, down to the length of the edges.
         direction: The direction along the lamps, which are parallel and infinitely far.
         view: The direction from the mesh to the eye.
     """
@@ -131,14 +131,14 @@ def compute_scalar_by_displacement_per_vertex(
     """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
     In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at 0 and
-    orange above. Unsigned values go from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the
-    mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
+    orange above. Unsigned values have colours from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the
+    limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
 
     Args:
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.
         correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
             'auto' takes 'vertex' if the two layers have the same faces.
-        signed: Values on the inner side of the reference are negative. Otherwise all values are distances.
+        signed: Values on the inner side of the reference are negative. Otherwise all values are unsigned distances.
     """
     other = layer.other(reference)
     result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)

@@ -39,7 +39,7 @@ def apply_coord_implicit_fairing(
 ) -> Edit:
     """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-    Unlike explicit smoothing, the result does not depend on the sampling, and every step length is stable.
+    M: vertex areas; C: stiffness. Unlike explicit smoothing, this does not depend on the sampling, and any step is stable.
 
     Args:
         operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for slivers,
@@ -50,8 +50,8 @@ def apply_coord_implicit_fairing(
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
             'conformalized' updates only the areas, so that thin parts do not pinch off.
         preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-        keep_dimensions: Move parts of the shape back along the normals by the loss that neighbours have in common: limbs
-            keep their thickness and the shape its size, open or closed. Not for point clouds.
+        keep_dimensions: Undo the part of the motion along the normals that neighbours share: limbs keep their thickness and
+            the shape keeps its size, on open surfaces too. Not for point clouds.
     """
     options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
     options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
@@ -60,7 +60,7 @@ def apply_coord_implicit_fairing(
         options |= {"movable": movable_vertices(layer, selected), "progress": progress}
         vertices = diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **options)
         return Edit(vertices=vertices, values={"time_step": time})
-    if operator not in ("cotangent", "robust"):  # the others do not approximate the Laplace-Beltrami operator
+    if operator not in ("cotangent", "robust"):  # the other operators do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} does not work with a detail size: give a time_step, for example 1.0")
     if detail_size == 0.0:
         raise moving.no_amount("time_step")
@@ -105,13 +105,13 @@ def apply_coord_explicit_smoothing(
     Simple and fast, but closed surfaces shrink; Taubin Fairing avoids this.
 
     Args:
-        operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length'
-            keeps uneven sampling, and 'scale_dependent' too, in true lengths; 'cotangent' moves vertices along the normal, and
-            'laplace_beltrami' too, in true units; 'robust' also works on slivers, non-manifold meshes and point clouds.
+        operator: How neighbours are weighted. 'uniform' evens out triangle sizes, as vertices drift along the surface;
+            'inverse_length' and 'scale_dependent' keep uneven sampling; 'cotangent' and 'laplace_beltrami' move vertices along
+            the normal; 'robust' also works on slivers, non-manifold meshes and point clouds.
         step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
             'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is smoother.
-        update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex itself,
-            and the step is not used; only with the operators 'uniform' and 'cotangent'.
+        update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the vertex
+            itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
     """
     has_unit = operator in ("scale_dependent", "laplace_beltrami", "robust")  # L in 1 / length^2, the step in length^2
     unit = moving.squared_mean_edge(layer) if has_unit else 1.0
@@ -134,7 +134,7 @@ TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used when a "
+    help="The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used when a "
     "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
@@ -171,7 +171,7 @@ def apply_coord_taubin_fairing(
         step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
             Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda).
-        iterations: The number of pairs of steps. More are smoother. 'auto' takes the number with the least expected slope error.
+        iterations: The number of pairs of steps. More smooth more. 'auto' takes the number with the least expected slope error.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
@@ -235,7 +235,7 @@ def apply_coord_curve_smoothing(
             is smoother.
         pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices have
             the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
-        iterations: The number of steps. More are smoother; with a detail size they make a sharper cutoff instead.
+        iterations: The number of steps. More smooth more; with a detail size they only sharpen the cutoff.
         border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
     """
     by_size = method == "implicit" and time_step == 0.0
@@ -252,12 +252,12 @@ def apply_coord_curve_smoothing(
 
 @dataclass(frozen=True, kw_only=True)
 class Diffusion:
-    """The common parameters of diffusion that stops at edges.
+    """The common parameters of diffusion that stops at edges, where values jump.
 
     Attributes:
         range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and 'gaussian',
-            exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at edges; 'huber' slows it
-            there; 'l2' does not.
+            exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow at edges;
+            'huber' slows it there; 'l2' does not.
         step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a vertex.
             Larger is smoother per iteration.
     """
@@ -292,7 +292,7 @@ attribute_smoother = partial(mesh_filter, references=("perona1990", "black1998")
 def apply_scalar_anisotropic_diffusion_per_vertex(
     layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
-    """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
+    """Smooths the vertex scalar, not the mesh, and keeps its edges (jumps), as Perona and Malik did for images.
 
     Args:
         range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise and
@@ -310,7 +310,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
 def apply_color_anisotropic_diffusion_per_vertex(
     layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
-    """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
+    """Smooths the vertex colours over the mesh and keeps their edges (jumps), the same for red, green and blue. Opacity stays.
 
     Args:
         range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white differ

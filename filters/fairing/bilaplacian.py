@@ -32,7 +32,7 @@ from .region import SurfaceOperator, evened_operator, surface_operator
 
 # The range of the fourth roots of weights on a mesh of size 1: a weight beyond it has the effect of 0 or of infinity.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
-# Feature weights are uneven if the least is below `_EVEN` of the largest; up to `_FACTORISED` unknowns are then factorised.
+# If the least feature weight is below `_EVEN` of the largest, systems of up to `_FACTORISED` unknowns are factorised.
 _EVEN, _FACTORISED = 0.05, 400_000
 # A root mean square error below this share of the diagonal of a component does not count.
 _ENOUGH = 1e-12
@@ -40,12 +40,12 @@ _ENOUGH = 1e-12
 _INNER, _MOST_ITERATIONS = 1e-7, 200
 # Factors are quicker than multigrid up to `_QUICK_FACTORS` rows; up to `_MOST_ROWS` they take over if multigrid stalls.
 _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
-# The range kernel of `feature_weights` keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge. A kernel twice
-# as wide would remove noise of a fifth of an edge and blur such ridges.
+# The range kernel of `feature_weights` keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge length. A kernel
+# twice as wide would remove noise of a fifth of an edge length, but blur such ridges.
 _RANGE, _ITERATIONS = 0.25, 10
 # The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Multigrid cycles for the inverse of H, see `InnerSolver`. With one cycle, details far larger than edges take twice the steps.
+# Multigrid cycles for the inverse of H, see `InnerSolver`. With one cycle, a detail size of many edges takes twice the steps.
 _CYCLES = 2
 
 
@@ -77,8 +77,8 @@ def bilaplacian_smoothing(
     """Minimises sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2) over p': (S M^-1 W S + w M) p' = w M p [nealen2006].
 
     A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion,
-    longer waves keep more, shorter ones less, and the area shrinks much less. One linear system is solved, without time steps. L
-    is the Laplace-Beltrami operator of the input at the vertices inside the surface; S = -C with C its stiffness, M = diag(A).
+    longer waves keep more, shorter waves less, and the area shrinks much less. One linear system is solved, without time steps.
+    L is the input's Laplace-Beltrami operator at inner vertices, C its stiffness and S = -C; A are vertex areas, M = diag(A).
 
     Args:
         vertices: (n, 3) coordinates.
@@ -141,7 +141,7 @@ def bilaplacian_smoothing(
             displacement = minimiser(operator, even)
             spiky = spikes(start, start + displacement, diagonal)
         except ConvergenceError:
-            pass  # the failing element is unknown: all count as spikes
+            pass  # the failing component is unknown: all vertices count as spikes
         if spiky.any():
             operator, even = evened_operator(operator, triangles, spiky)
             displacement = minimiser(operator, even)
@@ -162,16 +162,16 @@ def _checked_features(feature_weights: ArrayLike | None, n: int) -> Floats:
 class BendingEnergy(NamedTuple):
     """The energy p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
 
-    dirichlet: sparse.csr_matrix
-    mass: Floats
-    bending: Floats
-    weight: float
+    dirichlet: sparse.csr_matrix  # S
+    mass: Floats  # the diagonal of M
+    bending: Floats  # the diagonal of B
+    weight: float  # w
 
     def minimiser(self, points: Floats, prescribed: Floats, free: Bools, diagonal: float, progress: Progress) -> Floats:
-        """Returns the (n, 3) displacement of all vertices: the minimiser at free ones, the prescribed one elsewhere."""
+        """Returns the (n, 3) displacements of all vertices: the minimiser at free vertices, `prescribed` elsewhere."""
         if not free.any():
             return prescribed
-        # Divided by a mean of both terms the system stays finite for every w.
+        # Division by a mean of both terms keeps the system finite for every w.
         typical = float(self.mass[free].mean())
         unit = 1.0 / (1.0 / typical + self.weight * typical)
         columns = self.dirichlet if free.all() else sparse.csr_matrix(self.dirichlet[:, free])
@@ -226,8 +226,8 @@ class FloatingComponents(NamedTuple):
     """Components without a fixed vertex: their displacements have the mean 0."""
 
     labels: Longs  # (f,) the component of each free vertex, -1 if the component has a fixed vertex
-    mass: Floats  # (f,)
-    masses: Floats  # (components + 1,) first the mass of free vertices in components with a fixed one, then of each component
+    mass: Floats  # (f,) the mass of each free vertex
+    masses: Floats  # (components + 1,) first the mass of all vertices with the label -1, then the mass of each component
 
     @classmethod
     def of(cls, labels: Longs, mass: Floats, count: int) -> FloatingComponents:
@@ -236,7 +236,7 @@ class FloatingComponents(NamedTuple):
         return cls(labels, mass, np.where(masses > 0.0, masses, 1.0))
 
     def centred(self, values: Floats) -> Floats:
-        """Subtracts from the values their mass-weighted component means."""
+        """Subtracts from the values the mass-weighted mean of each floating component."""
         if not self._any:
             return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
@@ -267,12 +267,12 @@ class FloatingComponents(NamedTuple):
 
 
 class InnerSolver:
-    """Solves to a few digits by conjugate gradients, for refinement; the first call prepares the preconditioner.
+    """Solves the system to a few digits, for iterative refinement; the first call prepares the preconditioner.
 
-    The preconditioner approximates the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, times `unit`.
-    If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w, so a dozen steps are enough. Factors of H, a
-    matrix of second order, take a third of the time and memory of factors of fourth order. On large meshes two multigrid cycles
-    approximate the inverse of H: three times the steps, and half the memory.
+    The conjugate gradients are preconditioned by the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M,
+    scaled by `unit`. If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w: a dozen steps are enough.
+    As H is of second order, its factors take a third of the time and memory of factors of that matrix. On large meshes two
+    multigrid cycles approximate the inverse of H; this takes three times the steps, but half the memory.
     """
 
     def __init__(
@@ -289,7 +289,7 @@ class InnerSolver:
         """Takes the energy's matrix; an error below the energy norm `enough` does not count."""
         self._matrix, self._dirichlet, self._masses, self._unit = matrix, dirichlet, mass, unit
         self._root, self._floating, self._enough, self._progress = math.sqrt(weight), floating, enough, progress
-        #: H, kept while multigrid approximates its inverse; its factors do not need it
+        #: H, kept while multigrid approximates its inverse; the factors of H do not need it
         self._half: sparse.csr_matrix | None = None
         self._inverse: Cholesky | SmoothedAggregation | None = None
 
@@ -336,7 +336,7 @@ class InnerSolver:
 def feature_weights(
     vertices: ArrayLike, faces: ArrayLike, *, feature_angle: float = 20.0, progress: Progress = ignore_progress
 ) -> Floats:
-    """Returns W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle of filtered normals across the edges at vertex i.
+    """Returns W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across an edge at i.
 
     These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
     surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
@@ -374,7 +374,7 @@ def scalar_feature_weights(values: ArrayLike, *, half: float) -> Floats:
 
     Args:
         values: (n,) finite values; their signs do not matter.
-        half: the size of a value whose weight is 1/2, above 0. Smaller keeps more from being smoothed.
+        half: the size of a value whose weight is 1/2, above 0. Smaller protects more vertices from smoothing.
 
     Raises:
         FilterInputError: values that are not finite, or a parameter out of range.

@@ -28,13 +28,13 @@ class SurfaceMeasures:
     faces: int  # number of all faces
     edges: int  # number of face edges, or of polyline edges in a mesh without faces, each once
     unreferenced_vertices: int  # vertices that no face and no edge uses
-    degenerate_faces: int  # faces without area, left out of `roughness` and 0 in `triangle_quality`
+    degenerate_faces: int  # faces without area, left out of `roughness`, and counted as 0 in `triangle_quality`
     folded_faces: int  # faces whose normals point away from the mean normals at their vertices, see `folded_faces`
     border_edges: int  # edges with exactly one face
     non_manifold_edges: int  # edges with more than two faces
     non_manifold_vertices: int  # vertices of a non-manifold edge, or whose faces form several fans, as where two cones touch
     components: int  # connected components of the faces, or of the edges in a mesh without faces; isolated vertices do not count
-    closed: bool  # there are faces, and every edge has two
+    closed: bool  # there are faces, and every edge has two of them
     oriented: bool  # coherently oriented: the two faces of each inner edge traverse it in opposite directions
     euler_characteristic: int  # (number of vertices with an edge) - edges + faces
     genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
@@ -57,7 +57,7 @@ class Connectivity:
     segments: Ints  # (e, 2) edges of polylines
     proper: Ints  # (p, 3) the faces that name three different vertices
     pairs: Ints  # (k, 2) the edges of the faces, or of the polylines in a mesh without faces, each once
-    neighbours: Ints  # (q, 2) the two `proper` faces of each edge with exactly two
+    neighbours: Ints  # (q, 2) the two `proper` faces of each edge with exactly two faces
     oriented: bool  # whether the two faces of every such edge are coherently oriented
     used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
     unreferenced: int  # number of vertices in no face and no edge
@@ -143,7 +143,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
 def measures_and_connectivity(
     vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), former: Connectivity | None = None
 ) -> tuple[SurfaceMeasures, Connectivity]:
-    """Returns `surface_measures` and the connectivity; `former` is reused if it fits, which saves half of the time."""
+    """Returns `surface_measures` and the connectivity; `former` is reused if nothing changed, which saves half of the time."""
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)

@@ -117,7 +117,7 @@ def spectral_filter(
     check_positive("tolerance", tolerance)
     mesh = normalised_mesh(points, triangles, movable)
     if (detail_size is None) == (modes is None):
-        raise FilterInputError("give either detail_size, a wavelength, or modes, their number")
+        raise FilterInputError("give either detail_size, a wavelength, or modes, a number of modes")
     if modes is not None:
         check_whole_number("modes", modes, least=1)
     if largest_size is not None and response != "low_pass":

@@ -133,12 +133,12 @@ class FilterMethods(metaclass=LateMethods):
         iterations: int = 10,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
+        """Smooths the vertex colours over the mesh and keeps their edges (jumps), the same for red, green and blue. Opacity stays.
 
         Args:
             range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
-                'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
-                edges; 'huber' slows it there; 'l2' does not.
+                'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow
+                at edges; 'huber' slows it there; 'l2' does not.
             range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white
                 differ by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median
                 difference. Takes a number of at least 0, or 'auto'.
@@ -705,13 +705,13 @@ class FilterMethods(metaclass=LateMethods):
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
                 Larger is smoother. Takes a number from 0 to 1.
-            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used
+            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used
                 when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices
                 have the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from 0 to
                 2.
-            iterations: The number of steps. More are smoother; with a detail size they make a sharper cutoff instead. Takes a
-                whole number from 1 to 100000.
+            iterations: The number of steps. More smooth more; with a detail size they only sharpen the cutoff. Takes a whole
+                number from 1 to 100000.
             border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
@@ -860,16 +860,15 @@ class FilterMethods(metaclass=LateMethods):
         Simple and fast, but closed surfaces shrink; Taubin Fairing avoids this.
 
         Args:
-            operator: How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface;
-                'inverse_length' keeps uneven sampling, and 'scale_dependent' too, in true lengths; 'cotangent' moves vertices
-                along the normal, and 'laplace_beltrami' too, in true units; 'robust' also works on slivers, non-manifold meshes
-                and point clouds.
+            operator: How neighbours are weighted. 'uniform' evens out triangle sizes, as vertices drift along the surface;
+                'inverse_length' and 'scale_dependent' keep uneven sampling; 'cotangent' and 'laplace_beltrami' move vertices
+                along the normal; 'robust' also works on slivers, non-manifold meshes and point clouds.
             step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
             iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
-            update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex
-                itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+            update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the
+                vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -953,7 +952,7 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-        Unlike explicit smoothing, the result does not depend on the sampling, and every step length is stable.
+        M: vertex areas; C: stiffness. Unlike explicit smoothing, this does not depend on the sampling, and any step is stable.
 
         Args:
             operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for
@@ -971,8 +970,8 @@ class FilterMethods(metaclass=LateMethods):
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
                 'conformalized' updates only the areas, so that thin parts do not pinch off.
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-            keep_dimensions: Move parts of the shape back along the normals by the loss that neighbours have in common: limbs
-                keep their thickness and the shape its size, open or closed. Not for point clouds.
+            keep_dimensions: Undo the part of the motion along the normals that neighbours share: limbs keep their thickness and
+                the shape keeps its size, on open surfaces too. Not for point clouds.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -1369,12 +1368,12 @@ class FilterMethods(metaclass=LateMethods):
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices only along the normal.
             step: The smoothing step, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and is smoother; not used
+            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used
                 when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda). Takes a
                 number from 0 to 2.
-            iterations: The number of pairs of steps. More are smoother. 'auto' takes the number with the least expected slope
+            iterations: The number of pairs of steps. More smooth more. 'auto' takes the number with the least expected slope
                 error. Takes a whole number from 0 to 100000, or 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.
@@ -1661,12 +1660,12 @@ class FilterMethods(metaclass=LateMethods):
         iterations: int = 10,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
+        """Smooths the vertex scalar, not the mesh, and keeps its edges (jumps), as Perona and Malik did for images.
 
         Args:
             range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
-                'gaussian', exp(-x^2), are the kernels of the paper; 'tukey', 'hampel' and 'truncated_l2' stop the flow at
-                edges; 'huber' slows it there; 'l2' does not.
+                'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow
+                at edges; 'huber' slows it there; 'l2' does not.
             range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
@@ -1979,8 +1978,8 @@ class FilterMethods(metaclass=LateMethods):
         scalar.
 
         Args:
-            stripes: The number of lamps all round. More show smaller defects, down to the length of the edges. Takes a number
-                from 1 to 200.
+            stripes: The number of lamps all round. More lamps show smaller defects, down to the length of the edges. Takes a
+                number from 1 to 200.
             direction: The direction along the lamps, which are parallel and infinitely far. Takes three finite numbers.
             view: The direction from the mesh to the eye. Takes three finite numbers.
 
@@ -3046,15 +3045,16 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
         In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at
-        0 and orange above. Unsigned values go from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the
-        limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
+        0 and orange above. Unsigned values have colours from dark violet to yellow. The limits enclose 98 % of the vertices.
+        Returns the limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared
+        by number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
                 reference; 'auto' takes 'vertex' if the two layers have the same faces.
-            signed: Values on the inner side of the reference are negative. Otherwise all values are distances.
+            signed: Values on the inner side of the reference are negative. Otherwise all values are unsigned distances.
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
@@ -3283,7 +3283,7 @@ class FilterMethods(metaclass=LateMethods):
         that enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
 
         Args:
-            operator: 'cotangent' is right on every mesh; 'uniform' is robust to slivers, but wrong for unevenly spread
+            operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread
                 vertices.
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
@@ -3378,8 +3378,8 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
-        The quality is the shortest edge over the circumradius, normalised. Colours from dark violet at 0 to bright yellow at 1.
-        Returns the limits, the lowest, the highest and the mean value.
+        The quality is the shortest edge divided by the circumradius, normalised. Colours go from dark violet at 0 to yellow at
+        1. Returns the limits, the lowest, the highest and the mean value.
 
         Args:
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.

@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
 It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
-waits for the first order. It ends when its parent, which sends the orders, ends, even in the middle of a task.
+waits for the first order. Its parent process sends the orders; when the parent ends, it ends too, even within a task.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Answer:
     """The result of a task."""
 
     result: Any = None  # its return value
-    #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`; None without one
+    #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`; or None
     error: Exception | None = None
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
@@ -111,7 +111,7 @@ def use_up() -> None:
 
 
 def serve(modules: Sequence[str]) -> None:
-    """Carries out the orders on stdin; imports `modules` while it waits for the first one."""
+    """Carries out the orders on stdin; imports `modules` while it waits for the first order."""
     collect_seldom()
     orders, reports = _take_over_streams()
     faulthandler.enable()
@@ -135,14 +135,14 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads what orders need, while no order has come."""
+    """Loads what orders need, until the first order arrives."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]
     for load in loads:
         if not inbox.empty():
             return
-        with suppress(Exception):  # the order will raise the same error, which is reported
+        with suppress(Exception):  # the order will raise the same error and report it
             load()
 
 
@@ -160,7 +160,7 @@ def _receive(orders: BinaryIO, inbox: SimpleQueue[Order]) -> None:
 
 
 def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
-    """Keeps stdin and stdout for orders and answers: MeshLab's filters print to stdout, which becomes the null device."""
+    """Keeps stdin and stdout for orders and answers; filters get the null device, as MeshLab's filters print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb")
     null_device = os.open(os.devnull, os.O_RDWR)
@@ -172,7 +172,7 @@ def _take_over_streams() -> tuple[BinaryIO, io.BufferedWriter]:
 
 
 if __name__ == "__main__":
-    # Tasks import this module by its full name, so its state must be in that copy and not in `__main__`.
+    # Tasks import this module by its full name, so its state must be in the module of this name and not in `__main__`.
     from pymeshfair.processes import worker
 
     worker.serve(sys.argv[1:])

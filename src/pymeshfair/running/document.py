@@ -44,7 +44,7 @@ class Document:
     ) -> None:
         """Files for MeshLab are written to `folder`; `on_progress` may raise to stop a filter."""
         self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
-        self._meshes: dict[int, MeshData | None] = {}  # None: the door holds it
+        self._meshes: dict[int, MeshData | None] = {}  # None: the door holds the mesh
         self._visible: dict[int, bool] = {}
         self._next_id = 0
         self._door: Door  # set by the first step with a filter of MeshLab

@@ -29,11 +29,11 @@ class Job:
     recipe: Recipe  # the steps, overrides included
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
-    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, and the current one
+    others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
     #: replace any existing `output`, even the input. Otherwise an existing file is replaced only if the same run wrote it (same
     #: input, recipe and settings), and no byte of it has changed since.
     overwrite: bool = False
-    timeout: float | None = None  # seconds from start to end, or None
+    timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: a share of the memory
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
     unchecked: bool = False  # let MeshLab read formats that pymeshfair cannot check
@@ -59,12 +59,12 @@ class Job:
 
     @property
     def map_files(self) -> tuple[Path, ...]:
-        """The two files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if it is not wanted."""
+        """The two files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if no map is wanted."""
         return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
 
     @property
     def all_guards(self) -> Guards:
-        """The limits of the recipe, overridden by those of the job, in their own units."""
+        """The limits of the recipe, overridden by those of the job, in the units in which they are written."""
         return self.recipe.script.guards.overridden(self.guards)
 
     def unit_of(self, file_unit: str | None) -> str | None:
@@ -85,13 +85,13 @@ class Job:
             self.lengths_in(unit)
 
     def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
-        """The limits and the map's tolerance, with units converted for a scan in this unit."""
+        """The limits and the map's tolerance, with lengths converted to mesh units of a scan in this unit."""
         return self.all_guards.in_mesh_units(unit), (self.map_tolerance or Length(0.0)).in_mesh_units(unit)
 
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run begins to read the input, to write the output, or to compare the two."""
+    """The run begins to read the input, to write the output, or to compare the two meshes."""
 
     phase: Literal["reading", "writing", "comparing"]
 
@@ -107,7 +107,7 @@ class StepStarted:
 
 @dataclass(frozen=True)
 class StepProgress:
-    """Progress of a step: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
+    """Progress of a step: `fraction` from 0 to 1. Not every filter reports it, and some filters go from 0 to 1 several times."""
 
     index: int
     fraction: float
@@ -167,7 +167,7 @@ class RunResult:
     before: Mapping[str, Any]
     after: Mapping[str, Any]  # the measures of the mesh as written
     change: Mapping[str, Any]  # the fields of `pymeshfair.running.shape_change.ShapeChange` by name
-    steps: tuple[StepReport, ...]  # one report a step
+    steps: tuple[StepReport, ...]  # one report for each step
     warnings: tuple[str, ...]  # about contents of the input that the output lacks, and about the run
     seconds: float  # from start to end
     peak_memory: int | None  # the most bytes that the worker used; None where the system does not measure it

@@ -1,6 +1,6 @@
 """Measures a mesh, and finds its self-intersecting faces.
 
-MeshLab finds these faces. It crashes on some meshes, so it runs in a process of its own, except in the worker of a run.
+MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process, except in the worker of a run.
 """
 
 import tempfile
@@ -26,7 +26,7 @@ from ..scripts.script import Step
 from .document import Document
 from .job import plain
 
-_SAMPLE = 10_000  # about the number of faces that `usual_edge` looks at
+_SAMPLE = 10_000  # the approximate number of faces that `usual_edge` looks at
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class MeasuredMesh:
     measures: SurfaceMeasures | None  # None if they are not wanted
     connectivity: Connectivity | None  # None if no measures are wanted
     diagonal: float  # of the bounding box of all vertices
-    resolution: Callable[[], float]  # returns the mean edge length; for a cloud the mean distance of nearest points; else 0
+    resolution: Callable[[], float]  # returns the mean edge length; for a cloud the mean distance to the nearest point; else 0
 
     @property
     def described(self) -> dict[str, Any] | None:
-        """The measures by name, in terms of JSON."""
+        """The measures by name, as values of JSON; None without measures."""
         return None if self.measures is None else plain(asdict(self.measures))
 
 
@@ -79,7 +79,7 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:
-    """(m,) the faces that cut others, found in a process of its own, as MeshLab may crash."""
+    """(m,) the faces that cut others, found in a separate process, as MeshLab may crash."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))

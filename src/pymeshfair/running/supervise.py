@@ -49,7 +49,7 @@ class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
     So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
-    Only then is KeyboardInterrupt raised, or the process ended by the signal. Handlers that the program has set itself stay.
+    Only then is KeyboardInterrupt raised, or the process ended by the signal. The program's own handlers stay.
     Outside the main thread nothing changes, as Python delivers no signals there.
     """
 
@@ -185,7 +185,7 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # reading waits for it, for minutes on slow machines
+            compiles = isinstance(event, Compiling) and event.is_going_on  # reading waits for it, minutes on slow machines
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 
@@ -262,7 +262,7 @@ def run_job(
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
         workers: lends the process that does the work; None starts one.
         work: a function that does the work instead of one process.
-        also: makes further files from the staged result; they appear together with the output.
+        also: makes further staged files from the staged result; they are placed together with the output.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.

@@ -1,7 +1,7 @@
 """Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters, since no single filter does it.
 
 Subdivision makes vertices and faces, and merging coincident vertices connects faces to any vertices. So one face, the seed, is
-cut out and subdivided until there are enough faces. These are cut apart. Each vertex moves to (i, 0, 0), where i is the index of
+cut out and subdivided until it has enough faces; these are cut apart. Each vertex moves to (i, 0, 0), where i is the index of
 the vertex that it becomes, and coincident vertices are merged into the first of them. Surplus vertices move to vertex 0, where
 their faces vanish. The mesh keeps its id, the order of its elements and all its attributes.
 """
@@ -36,8 +36,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     """Adds vertices and faces to the current layer, which has no transformation matrix and has passed `check_growable`.
 
     Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
-    change; new faces have its texture. `vertices` is the number to add; `may_seed` marks the possible seeds, at least one face.
-    Returns the seed, and whether polygons were triangulated, since no triangle could be the seed.
+    change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible seeds, at least one face.
+    Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
@@ -88,7 +88,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
-    # No edge has length 0 now, so edges within polygons change the total. A list of polygons would take far more memory.
+    # No edge has length 0 now, so edges inside polygons add to the total length. A list of polygons would take far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
@@ -113,7 +113,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # The seed has three vertices as corners and may keep three more; each other face may keep three.
+        # Up to six vertices are corners of the seed before or after its subdivision; of the others one in three is used.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
