@@ -67,7 +67,7 @@ def squared_length(points: Floats, a: int, b: int) -> float:
 
 @compiled
 def angle_at(points: Floats, a: int, b: int, c: int) -> float:
-    """The angle at a between b and c, from 0 to pi; 0 if two of them coincide."""
+    """The angle at a between b and c, from 0 to pi; 0 if two points coincide."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     nx, ny, nz = cross_product(points, a, b, c)
@@ -168,7 +168,7 @@ def closest_weights(
 ) -> tuple[float, float]:
     """Returns s and t, where s u + t v is the point of the triangle (0, u, v) nearest to p.
 
-    The point is inside if all barycentric coordinates are positive. On an edge s = 0, t = 0 or s + t = 1 to the bit.
+    The point is inside if all barycentric coordinates are positive. On an edge s = 0, t = 0 or s + t = 1 exactly.
     """
     d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
 #: Environment variables of the compiler process. The machine code depends on them, and not on the user's numba settings.
-#: The SLP vectoriser computes the three coordinates of a point at once: a smoothing step of 10,000 vertices is 30 % shorter.
+#: The SLP vectoriser computes the three coordinates of a point at once: a smoothing step of 10,000 vertices takes 30 % less time.
 SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 class CompilationError(PymeshfairError, ImportError):
-    """A kernel could not be compiled; the message comes from numba."""
+    """A kernel could not be compiled; the message says why."""
 
 
 class Compiler:

@@ -16,7 +16,7 @@ from .noise_level import FourthOrder, ring_means
 #: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# The largest angle between normals of one level, about this in radians; the largest thickness of a level, in mean edge lengths.
+# About the largest angle between normals of one level, in radians; the largest thickness of a level, in mean edge lengths.
 _FLAT = 1e-3
 
 
@@ -28,7 +28,7 @@ class Rounding(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The largest median step between levels, over all axes. Rounding is noise of standard deviation step / sqrt(12)."""
+        """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:

@@ -48,9 +48,9 @@ def explicit_smoothing(
         faces: (m, 3) triangles. Without faces and with the operator "robust" the vertices are a point cloud.
         operator: the Laplace operator L; see `build_laplacian`. Weights that depend on lengths or angles are computed anew for
             every step; the weights of "robust" once, for the input.
-        step: larger is smoother. For "uniform", "inverse_length" and "cotangent" a share, above 0 and at most 1. For the others
-            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. The check uses an upper
-            bound of rho: Gershgorin's bound for "scale_dependent" and "robust"; for "laplace_beltrami" the smaller of that bound
+        step: larger is smoother. For "uniform", "inverse_length" and "cotangent" the share of the way to the neighbours' mean,
+            above 0 and at most 1. For the other operators a time in squared mesh units, stable up to 2 / rho with rho the largest
+            eigenvalue of -L. The check uses an upper bound of rho: Gershgorin's; for "laplace_beltrami" the smaller of that bound
             and the largest eigenvalue of a single triangle [irons1971], which is exact on equilateral triangles.
         iterations: number of steps. More steps smooth more; the time is proportional to their number.
         border: what border vertices do; see `BorderPolicy`.

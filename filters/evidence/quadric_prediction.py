@@ -115,7 +115,7 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """Returns the value at 0 of the quadric fitted to weighted heights, and its deviation for heights of standard deviation 1.
+    """Fits a quadric to weighted heights; returns its value at 0, and this value's standard deviation for heights of deviation 1.
 
     It fits a plane to fewer than eight samples or to samples on a conic, and takes the mean if the plane fails, too.
 
@@ -182,7 +182,7 @@ def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Returns two perpendicular unit tangents, 0 for the normal 0. Rotating them does not change a fit with all terms."""
+    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0. Any such pair gives the same fit of a quadric."""
     # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y
@@ -204,7 +204,7 @@ def _terms(u: float, v: float, terms: Floats) -> None:
 
 @compiled(nogil=True)
 def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
-    """Solves by a Cholesky factorisation in the lower triangle; row `size` is the right side. False if nearly singular."""
+    """Solves a system by Cholesky factorisation in the lower triangle; row `size` is the right side. False if nearly singular."""
     for a in range(size + 1):
         for b in range(min(a, size)):
             for c in range(b):

@@ -92,7 +92,7 @@ def bilaplacian_smoothing(
         on_irregular: called if triangles are so uneven that the energy makes spikes, with the number of vertices in such
             components. These are smoothed by their connectivity alone, see `evened_operator`.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
-            vertices factorising takes up to 3 s between two calls; larger meshes are not factorised and take less.
+            vertices, factorisation takes up to 3 s between two calls; larger meshes are not factorised and take less.
 
     Returns:
         (n, 3) float64. Fixed vertices keep every bit. The others have an error of about 1e-10 of the diagonal.
@@ -340,7 +340,7 @@ def feature_weights(
 
     These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
     surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
-    noise of up to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. The eighth power
+    noise of up to a tenth of an edge length and keeps ridges; part of stronger noise remains, as if it were ridges. The 8th power
     makes the weight nearly 1 where the surface bends by half the angle a, and nearly 0 where it bends by twice the angle.
 
     Args:

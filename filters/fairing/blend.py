@@ -16,7 +16,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# It is clear whether a part is inside out if the neck for one answer has at most this share of the bending of the other neck.
+# `one_is_inside_out` is sure of an answer if its neck has at most this share of the bending of the neck for the other answer.
 _CLEARLY = 0.5
 # If the centres of two rims are closer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
@@ -48,8 +48,8 @@ def blend_parts(
         faces: (m, 3) triangles of both parts.
         energy: "membrane" meets the parts with a crease, as a soap film would; "thin_plate" continues their tangent planes,
             "minimum_variation" their curvatures too.
-        among: (n,) bool: only rims whose vertices are all True; both may belong to one component. None: any two rims of
-            different components.
+        among: (n,) bool: only rims whose vertices are all True are joined; both may belong to one component. None: any two rims
+            of different components.
         progress: called with the share that is done; may raise to stop.
 
     Raises:
@@ -161,7 +161,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     """Builds a band of triangles between two rims, as dense as the rims.
 
     Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
-    contains the shortest span and has the least sum of squared spans. Rows of new vertices divide its spans evenly, and
+    contains the shortest span and has the least sum of squared span lengths. Rows of new vertices divide its spans evenly, and
     neighbouring rows are joined in the same way. The number of rows of triangles is the mean span divided by sqrt(3) / 2 times
     the mean edge of the rims, rounded, and at least one. So the triangles are equilateral on average.
     """
@@ -219,7 +219,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
 
 
 def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
-    """Returns (a + b, 3) the triangles between two loops of the same direction."""
+    """Returns (a + b, 3) the triangles between loops of a and b vertices in the same direction."""
     i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
     lows, highs = low[i], high[j]

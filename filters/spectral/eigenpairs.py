@@ -36,7 +36,7 @@ _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 _GUARD = 6
 _ROUNDS = 10_000  # the most bands
 _POLISHES = 3  # the most refinements of the modes of a band
-#: Columns of a Lanczos block, solved for at once. Eigenvalues of a higher multiplicity take a second search.
+#: Columns of a Lanczos block, which are solved together. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
@@ -279,7 +279,7 @@ def lowest_modes(
 
     Each round factorises A - shift I, with about half a band of new eigenvalues expected below the shift. The negative pivots
     count the eigenvalues below it [grimes1994]. `modes_near` computes the missing modes below it, and fills the band with modes
-    above it. The last shift lies above the last requested mode and only counts; if modes are missing, more rounds follow.
+    above it. The last shift lies above the last requested mode and serves to count; if modes are missing, more rounds follow.
 
     A is scaled so that about kappa eigenvalues lie below kappa. `kernel` is the unit vector with A kernel = 0, and `count` is
     well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; their residuals must be smaller.
+    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; these must have smaller residuals.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)

@@ -99,7 +99,7 @@ def spectral_filter(
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         tolerance: the bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
-        movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered and the fixed ones then restored,
+        movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered, then fixed vertices are restored,
             which may leave a step between fixed and moved vertices.
         progress: called with the share that is done; may raise to stop.
 

@@ -110,7 +110,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
 def _successors(
     starts: Ints, ends: Ints, faces: Ints, vertices: Floats, non_manifold: Bools
 ) -> tuple[Ints, dict[int, BreakReason]]:
-    """Returns (b,) the border edge after each border edge, or -1 at a break, and the reason of the break at each such vertex."""
+    """Returns (b,) the border edge after each border edge, -1 at a break; and maps each vertex with a break to the reason."""
     n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
     balanced = (leaving == arriving) & ~non_manifold
@@ -174,7 +174,7 @@ def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] 
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
-    """Returns (n,) the component of each vertex, -1 without a proper face; and their number. Their lowest vertices ascend."""
+    """Numbers components by lowest vertex; returns (n,) the number at each vertex, -1 without a proper face, and the count."""
     labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
     return labels, int(count)
 

@@ -36,7 +36,7 @@ def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
 
 
 class UnknownNameError(PymeshfairError, LookupError):
-    """A filter, parameter, choice or recipe of that name does not exist."""
+    """A filter, parameter, choice or recipe of the given name does not exist."""
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
@@ -116,7 +116,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
     def __init__(
         self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
     ) -> None:
-        self.status = status  # the exit status; the negative number of a signal
+        self.status = status  # the exit status; -n if signal n ended the process
         self.details = details  # the end of the worker's stderr
         if self.signal is None:
             cause = f"ended with exit status {status}, which it never does by itself"

@@ -76,7 +76,7 @@ class _Plugin(WorkerPlugin):
     station: Station | None = None
 
     def setup(self, worker: Worker) -> None:
-        """Makes the station; dask calls it on every worker. A worker that joins late and is unfit is closed."""
+        """Makes the station; dask calls this method on every worker. A worker that joins late and is unfit is closed."""
         if unfit := self.worker_conditions.unfit():
             logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
@@ -85,12 +85,12 @@ class _Plugin(WorkerPlugin):
         self.station = Station(pickle.loads(self.template), self.worker_conditions.probe.parent, pool)
 
     def teardown(self, worker: Worker) -> None:
-        """Ends the processes; dask calls it when the batch or the worker ends."""
+        """Ends the processes; dask calls this method when the batch or the worker ends."""
         if self.station is not None:
             self.station.pool.close()
 
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
-        """Ends all processes if a running task was released, because the batch ended early; dask calls it for all tasks."""
+        """Ends all processes if a running task was released, because the batch ended early; dask calls this for all tasks."""
         if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
             threading.Thread(target=self.station.pool.close, daemon=True).start()  # so that dask need not wait
 

@@ -33,7 +33,7 @@ PAGES = ("html", "htm")
 
 
 def _recipes(incomplete: str) -> list[str]:
-    """The shipped recipes and the scripts that begin with an incomplete word in the shell."""
+    """The shipped recipes and the scripts whose names begin with the incomplete word in the shell."""
     import glob
     import importlib.resources
 

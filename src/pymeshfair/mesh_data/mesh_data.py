@@ -67,11 +67,11 @@ class MeshData:
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
         keeps_normals: whether files of a mesh with faces get vertex normals; these are computed anew after a move of vertices.
         textures: the images; ``texture`` is an index into them.
-        matrix: (4, 4) transformation of the coordinates, None for the identity. A file has no matrix.
+        matrix: (4, 4) transformation of the coordinates, None for the identity. Files are written without a matrix.
         label: the name of the layer.
         unit: the unit of the coordinates, if the file states one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.
-        vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None for all vertices of the source.
+        vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None: all vertices in the source's order.
         face_ids: (m,) the same for the triangles.
         edge_ids: (e,) the same for the edges.
     """
@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the part with the vertices of an (n,) mask and all edges and faces between them; `faces` may exclude faces."""
+        """Returns the vertices of an (n,) mask, the edges between them, and the faces between them, if given only of an (m,) mask."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -128,7 +128,7 @@ class MeshData:
         )
 
     def document(self, kind: type[_T]) -> _T | None:
-        """Returns what the reader keeps for the writer in `Source.document`; None if that is not of this type."""
+        """Returns what the reader keeps for the writer in `Source.document`; None if it is not of type `kind`."""
         document = None if self.source is None else self.source.document
         return document if isinstance(document, kind) else None
 
@@ -275,7 +275,7 @@ class View:
 
 
 def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
-    """Returns (height, width, 3) pixels of a texture, from the top; None if no image can be read."""
+    """Returns (height, width, 3) pixels of a texture, the top row first; None if no image can be read."""
     from PIL import Image, UnidentifiedImageError
 
     if texture.image is None:

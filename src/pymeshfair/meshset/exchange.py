@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh in a mesh set; if added before it is there, they would refer to freed memory."""
+    """Adds values as custom attributes to a mesh that is in a mesh set; if added before, they refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -268,7 +268,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of the names and one of the numbers of columns; None if there is none."""
+    """Removes and returns the first array with one of the names and one of the numbers of columns; None without such an array."""
     fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
     name = next(fitting, None)
     return None if name is None else values.pop(name)
