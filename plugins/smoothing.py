@@ -39,7 +39,7 @@ def apply_coord_implicit_fairing(
 ) -> Edit:
     """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-    M: vertex areas; C: stiffness. Unlike explicit smoothing, this does not depend on the sampling, and any step is stable.
+    M: vertex areas; C: stiffness. Unlike in explicit smoothing, the sampling does not matter, and any step is stable.
 
     Args:
         operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for slivers,
@@ -134,7 +134,7 @@ TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used when a "
+    help="The step that inflates the surface again, below -lambda. Nearer to -lambda smooths more; not used when a "
     "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
@@ -171,7 +171,7 @@ def apply_coord_taubin_fairing(
         step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
             Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda).
-        iterations: The number of pairs of steps. More smooth more. 'auto' takes the number with the least expected slope error.
+        iterations: The number of pairs of steps. More pairs smooth more. 'auto' takes the number of least expected slope error.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
@@ -235,7 +235,7 @@ def apply_coord_curve_smoothing(
             is smoother.
         pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices have
             the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
-        iterations: The number of steps. More smooth more; with a detail size they only sharpen the cutoff.
+        iterations: The number of steps. More steps smooth more; with a detail size they only sharpen the cutoff.
         border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
     """
     by_size = method == "implicit" and time_step == 0.0

@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask, the edges between them, and the faces between them, if given only of an (m,) mask."""
+        """Returns the vertices of an (n,) mask, and the edges and faces between them; with an (m,) mask, only its faces."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:

@@ -705,13 +705,13 @@ class FilterMethods(metaclass=LateMethods):
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
                 Larger is smoother. Takes a number from 0 to 1.
-            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used
-                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step that inflates the surface again, below -lambda. Nearer to -lambda smooths more; not used when a pass
+                band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices
                 have the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from 0 to
                 2.
-            iterations: The number of steps. More smooth more; with a detail size they only sharpen the cutoff. Takes a whole
-                number from 1 to 100000.
+            iterations: The number of steps. More steps smooth more; with a detail size they only sharpen the cutoff. Takes a
+                whole number from 1 to 100000.
             border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
@@ -952,7 +952,7 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-        M: vertex areas; C: stiffness. Unlike explicit smoothing, this does not depend on the sampling, and any step is stable.
+        M: vertex areas; C: stiffness. Unlike in explicit smoothing, the sampling does not matter, and any step is stable.
 
         Args:
             operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for
@@ -1368,12 +1368,12 @@ class FilterMethods(metaclass=LateMethods):
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices only along the normal.
             step: The smoothing step, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step that inflates again, below -lambda. Nearer to -lambda narrows the pass band and smooths more; not used
-                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step that inflates the surface again, below -lambda. Nearer to -lambda smooths more; not used when a pass
+                band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda). Takes a
                 number from 0 to 2.
-            iterations: The number of pairs of steps. More smooth more. 'auto' takes the number with the least expected slope
+            iterations: The number of pairs of steps. More pairs smooth more. 'auto' takes the number of least expected slope
                 error. Takes a whole number from 0 to 100000, or 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.

@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
 It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
-waits for the first order. Its parent process sends the orders; when the parent ends, the worker ends too, even in a task.
+waits for the first order. Its parent process sends the orders; when the parent ends, the worker ends too, even during a task.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Up to six vertices are corners of the seed before or after its subdivision; of the others one in three is used.
+        # Up to six vertices are corners of the seed before or after its subdivision; of the others one in three can be used.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
