@@ -16,7 +16,7 @@ from .noise_level import FourthOrder, ring_means
 #: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
-# About the largest angle between normals of one level, in radians; the largest thickness of a level, in mean edge lengths.
+# The largest angle between normals of one level, in radians (about); and the largest thickness of a level, in mean edge lengths.
 _FLAT = 1e-3
 
 
@@ -92,7 +92,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
 
 
 def _axes(normals: Floats) -> list[Floats]:
-    """Returns up to three axes: the most frequent normal, the most frequent normal perpendicular to it, their cross product."""
+    """Returns up to three axes: the most frequent normal, the most frequent one perpendicular to it, and the cross product."""
     normals = normals * np.sign(normals[np.arange(len(normals)), np.abs(normals).argmax(axis=1)])[:, None]
     width = 2 * int(1.0 / _FLAT) + 3
     keys, axes = np.round(normals / _FLAT).astype(np.int64) @ [width**2, width, 1], list[Floats]()

@@ -28,7 +28,7 @@ def predicted_heights(
     """Predicts the heights of vertices along their normals from the surrounding vertices.
 
     For vertex i with the unit normal n, a polynomial of second degree in the tangential coordinates is fitted to the heights
-    n . (p_j - p_i) of the vertices j in two rings. The least squares have the weights exp(-r^2 / 2 s^2), with r the tangential
+    n . (p_j - p_i) of the vertices j in two rings. The least-squares fit has the weights exp(-r^2 / 2 s^2), with r the tangential
     distance and s 1.3 times its mean in the one-ring. The prediction is the polynomial's value at 0, a height above p_i.
 
     Returns:

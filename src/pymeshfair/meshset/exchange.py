@@ -18,7 +18,7 @@ from ..write_back import Workbench, custom_attributes
 
 #: values by name
 Values: TypeAlias = dict[str, NDArray[Any]]
-#: names of values that mean MeshLab's scalar, normals (which MeshLab computes from the faces), and colours
+#: names of values that stand for MeshLab's scalar, normals (which MeshLab computes from the faces), and colours
 _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
 #: names of variables in MeshLab's expressions, which an attribute of the same name would hide
 _VARIABLES = frozenset(
