@@ -255,9 +255,9 @@ class Diffusion:
     """The common parameters of diffusion that stops at edges, where values jump.
 
     Attributes:
-        range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and 'gaussian',
-            exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow at edges;
-            'huber' slows it there; 'l2' does not.
+        range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian',
+            1 / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
+            stop the flow at edges; 'huber' slows it there; 'l2' does not.
         step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a vertex.
             Larger is smoother per iteration.
     """

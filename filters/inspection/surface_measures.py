@@ -1,4 +1,4 @@
-"""Measures of a surface: size, topology, roughness, triangle quality; also exact far from the origin (UTM coordinates)."""
+"""Measures of a surface: size, topology, roughness, triangle quality; also accurate far from the origin (UTM coordinates)."""
 
 import math
 from dataclasses import dataclass

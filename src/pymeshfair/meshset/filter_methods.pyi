@@ -136,9 +136,9 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex colours over the mesh and keeps their edges (jumps), the same for red, green and blue. Opacity stays.
 
         Args:
-            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
-                'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow
-                at edges; 'huber' slows it there; 'l2' does not.
+            range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian', 1 / (1
+                + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
+                stop the flow at edges; 'huber' slows it there; 'l2' does not.
             range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white
                 differ by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median
                 difference. Takes a number of at least 0, or 'auto'.
@@ -1663,9 +1663,9 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex scalar, not the mesh, and keeps its edges (jumps), as Perona and Malik did for images.
 
         Args:
-            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian', 1 / (1 + x^2), and
-                'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2' stop the flow
-                at edges; 'huber' slows it there; 'l2' does not.
+            range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian', 1 / (1
+                + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
+                stop the flow at edges; 'huber' slows it there; 'l2' does not.
             range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
