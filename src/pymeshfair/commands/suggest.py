@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. Recipes are then judged
-#: as on a scan without noise, by how little they move vertices
+#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. For less noise, recipes
+#: are judged as for a scan without noise, by how little they move vertices
 _MESHING = 0.018
-#: the most tried settings that are shown
+#: the largest number of settings that are shown
 _SHOWN = 6
-#: names of the smoothers that are compared, and the text of their amounts
+#: the smoothers that are compared: the name that is shown, and the text of the amount
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
     "normal_filtering": ("normal filtering as above", ""),
@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise from the tried settings, as the measured trait is near 0 for impulses."""
+    """The traits, with the kind and amount of noise from the tried settings: the measured trait is near 0 for impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -135,7 +135,7 @@ def _trials(
     if not is_correlated:
         return results
     # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. `FILTER` judges its
-    # settings in another way: recipes with this filter get the error of its best setting, others at least that of the scan.
+    # settings in another way: recipes with it get the error of its best setting, others at least the unfiltered error.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
     unfiltered = max(errors[0], traits["noise"])

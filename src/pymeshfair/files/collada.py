@@ -23,7 +23,7 @@ _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lin
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: the parameters that are read, a letter for each, by the semantic of an input
+#: by the semantic of an input, the names of the parameters that are read: one letter for each
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
@@ -109,7 +109,7 @@ class _Reader:
     def _place(self, geometry: Element, instance: Element, matrix: Floats) -> None:
         mesh = geometry.find("mesh")
         if mesh is None:
-            return  # a spline, or another kind of _LOST
+            return  # a spline, or another element of `_LOST`
         bound = {m.get("symbol", ""): m for m in instance.iter("instance_material")}
         symbols = {p.get("material", "") for p in mesh if p.tag in _PRIMITIVES}
         looks = {symbol: self._look(bound[symbol]) for symbol in sorted(symbols) if symbol in bound}

@@ -38,7 +38,7 @@ def differences_from_installed() -> list[str]:
 
     meshes = pymeshlab.MeshSet()
     meshes.create_cube()
-    meshes.compute_scalar_by_function_per_face(q="0")  # three filters list no parameters without it
+    meshes.compute_scalar_by_function_per_face(q="0")  # without scalars three filters list no parameters
     installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
     expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
     differences = differing_names(installed, expected)
@@ -50,7 +50,7 @@ def differences_from_installed() -> list[str]:
 
 
 def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
-    """Returns a sentence for each filter name, a key, that only one of the mappings has."""
+    """Returns a sentence for each filter name that is a key of only one of the mappings."""
     differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
     return differences + [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
 
@@ -104,7 +104,7 @@ class Former:
     #: by old parameter and value (``*`` for any), the equivalent values today; in these ``*`` stands for the old value and
     #: ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: removed parameters, with the old value that equals what MeshLab does today; None if every value does
+    #: removed parameters, with the old value for which MeshLab does the same today; None if it does so for every value
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, with what changes
     loses: Mapping[str, str] = field(default_factory=dict)

@@ -50,8 +50,8 @@ def read_mesh(
 ) -> ReadMesh:
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
-    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None means
-    in meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
+    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None
+    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
 
     Raises:
         InputError: the file cannot be read.

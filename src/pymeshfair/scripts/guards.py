@@ -116,7 +116,7 @@ class Guards:
     max_displacement: Length | None = None  # the largest displacement of a vertex that the input and the result have
     max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
     require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
-    keep_sharp: float | None = None  # the least percent of the sharp edges' length that the result keeps sharp
+    keep_sharp: float | None = None  # the least part of the length of sharp edges that stays sharp, in percent
 
     def __bool__(self) -> bool:
         """Whether any limit is set."""
@@ -124,7 +124,7 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, str]) -> Guards:
-        """The limits in texts, by field name; raise `ParameterError` for an unknown name or a wrong text."""
+        """Parses limits from texts by field name; raises `ParameterError` for an unknown name or a wrong text."""
         for name in texts.keys() - ATTRIBUTES.keys():
             raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
@@ -141,7 +141,7 @@ class Guards:
         return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
-        """These limits, except that those set in `others` replace them."""
+        """These limits; limits that are set in `others` replace them."""
         return replace(self, **others._limits)
 
     @property

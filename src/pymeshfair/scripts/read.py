@@ -25,13 +25,13 @@ from .guards import NO_GUARDS, Guards
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
 from .values import Complaint, parse_value, read_value
 
-MOST_PROBLEMS = 100  # the most that are listed; more problems usually have one cause
+MOST_PROBLEMS = 100  # the most problems that are listed; more usually have one cause
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-MOST_ATTRIBUTES = 100  # of one element
+MOST_ATTRIBUTES = 100  # the most of one element
 LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
-SLIP = 0.87  # the similarity of a misspelt name; ``Delete Selection`` and ``Dilate Selection`` are less similar
+SLIP = 0.87  # the least similarity of a misspelt name to the right one; ``Delete Selection`` and ``Dilate Selection`` are below
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: a document type that is written twice, as by some old programs
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
@@ -259,7 +259,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step of an element, None if it has none, and its problems; `complain` makes a problem with its filter."""
+    """The step of an element, or None if no step can be made, and the problems; `complain` makes a problem of the element."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
