@@ -37,7 +37,7 @@ KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KE
 SMALLEST_DEVIATION = 1e-6
 #: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, constant up to a2, and 0 from a3 on. Hampel's 2, 4, 8 need sigma = 2.
+#: Hampel's a1, a2, a3 in units of sigma: psi is x to a1, constant to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10

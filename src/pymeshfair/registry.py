@@ -16,7 +16,7 @@ from .declaration import Filter
 from .errors import UnknownNameError, nearest
 from .meshlab.facts import meshlab_filters
 
-#: The entry-point group for plugins; each value names a module, whose `Filter` objects are registered.
+#: The entry-point group for plugins; each value names a `Filter`, or a module whose `Filter` objects are registered.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
 
 
@@ -119,7 +119,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
-            with suppress(FileNotFoundError):  # raised if another package has imported importlib_metadata
+            with suppress(FileNotFoundError):  # raised by importlib_metadata, if another package has imported it
                 metadata = distribution.metadata
                 place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
             if place not in by_name:  # else the same package occurs earlier on sys.path

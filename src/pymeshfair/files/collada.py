@@ -23,7 +23,7 @@ _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lin
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: by the semantic of an input, the names of the parameters that are read: one letter for each
+#: by the semantic of an input, the parameters that are read; the name of each is one letter
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 

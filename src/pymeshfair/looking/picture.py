@@ -35,7 +35,7 @@ from .shading import Camera, Scene, render, rotated, texture_of
 
 # ------------------------------------------------------------------------------------------------ colours of measures
 
-#: the colour of numbers within the tolerance; where the colours of larger ones begin on the map, from 0 (middle) to 1 (end)
+#: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) where larger numbers begin
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
@@ -201,7 +201,7 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
-    """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is its width over its height."""
+    """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is width / height of the window."""
     # Relative to one of the points, since large coordinates lose digits in the rotation.
     origin = next(points[0] for points in clouds if len(points))
     ends = [bounding_box(rotated(points - origin, rows)) for points in clouds if len(points)]
@@ -232,7 +232,7 @@ class Appearance:
     stripes: float = 8.0  # number of reflection lines over all directions
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
-    columns: int = 4  # the most panels in a row
+    columns: int = 4  # the largest number of panels in a row
     limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
     tolerance: float = 0.0  # distances within the tolerance have one colour; 0 for no tolerance
     unit: str = ""  # the unit of the scan, or empty
@@ -322,7 +322,7 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
 INK = (40, 44, 52)
 #: heights in pixels of the strips for titles and for the colour bar
 TITLE_STRIP, BAR_STRIP = 34, 58
-#: sizes of fonts in pixels: of titles, of other texts, and the smallest, below which texts are shortened
+#: sizes of fonts in pixels: of titles, of other texts, and the smallest; a text that is too long for the smallest is shortened
 _TITLE_SIZE, _SMALL = 17, 14
 _SMALLEST = 10
 

@@ -1,6 +1,6 @@
-"""Facts about MeshLab's filters: today's in ``filters.json``, those of older versions in ``former_filters.json``.
+"""Facts about MeshLab's filters: ``filters.json`` describes today's filters, ``former_filters.json`` those of older versions.
 
-``tools/meshlab_table.py`` generates the first: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
+``tools/meshlab_table.py`` generates ``filters.json``: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement,
 def meshlab_filters() -> tuple[Filter, ...]:
     """Returns MeshLab's filters. Defaults and bounds are None if MeshLab computes them from the mesh.
 
-    Bounds of whole numbers are ours: MeshLab has none, and hangs or crashes on a negative count.
+    Bounds of whole numbers are set here: MeshLab has none, and hangs or crashes on a negative count.
     """
     return tuple(_filter(*row) for row in table("filters")["filters"])
 
@@ -57,7 +57,7 @@ def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -
 
 @functools.cache
 def table(name: str) -> dict[str, Any]:
-    """Reads the JSON file of that name in this folder."""
+    """Reads the JSON file with this name in the folder of this module."""
     facts: dict[str, Any] = json.loads(importlib.resources.files(__package__).joinpath(f"{name}.json").read_text("utf-8"))
     return facts
 
@@ -95,14 +95,14 @@ class Former:
     """Today's form of an old filter, or of the old parameters of a filter that kept its name. Values are texts, as in scripts."""
 
     now: str | None  # MeshLab's name of the filter today; None if it is gone or became several filters
-    #: for a filter that became several: by parameter and its value, the name of the filter today; an absent value counts as 0
+    #: for a filter that became several filters: by parameter and its value, the filter's name today; an absent value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     idle: bool = False  # it never changed a mesh, so its steps can be left out
-    invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
+    invented: bool = False  # the name was never MeshLab's; `now` is the filter that scripts with this name mean
     sets: Mapping[str, str] = field(default_factory=dict)  # values by parameter, for parameters that the script does not give
     renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by old name
-    #: by old parameter and value (``*`` for any), the equivalent values today; in these ``*`` stands for the old value and
-    #: ``-*`` for its negative
+    #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters; there ``*`` stands for the
+    #: old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     #: removed parameters, with the old value for which MeshLab does the same today; None if it does so for every value
     drops: Mapping[str, str | None] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class Former:
     note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
 
     def today(self, values: Mapping[str, str]) -> str | None:
-        """Returns MeshLab's name today of a filter with these values of old parameters; None if it is gone."""
+        """Returns the filter's name in MeshLab today, which may depend on the values of old parameters; None if it is gone."""
         for parameter, names in self.splits.items():
             return names.get(values.get(parameter, "0").strip())
         return self.now
@@ -131,7 +131,7 @@ class Former:
 
 
 def former_filter(old: str) -> Former | None:
-    """Returns today's form of an old filter name, ignoring capitals and blanks; None if it is not in the table."""
+    """Returns today's form of the filter with an old name, ignoring case and extra blanks; None if it is not in the table."""
     return former_filters().get(old) or _by_plain_name().get(_plain(old))
 
 
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps old names in plain form to their entries; leaves out a name whose plain form is that of today's name."""
+    """Maps old names in plain form (see `_plain`) to entries; leaves out a name with the same plain form as today's name."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the result differs from that of the old script, in the old MeshLab or today's; empty if it does not
+    meaning: str = ""  # how the result differs from that of the old script in the old MeshLab or in today's; empty if it is equal
 
     @property
     def same_meaning(self) -> bool:
@@ -172,7 +172,7 @@ class Script:
         return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
-        """The script with these steps in place of its own; settings that no step uses are left out."""
+        """The script with these steps in place of its present steps; settings that no step uses are left out."""
         chosen = tuple(steps)
         used = {name for step in chosen for name in step.settings.values()}
         return replace(self, steps=chosen, settings=tuple(s for s in self.settings if s.name in used))
