@@ -50,10 +50,10 @@ def meshing_close_holes_by_fairing(
             selected, rims that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
-            'none' leaves them flat. Degenerate triangles at a rim may need a lower energy (named earlier, or 'none'): see the notes.
+            'none' leaves them flat. Degenerate triangles may need a lower energy (named earlier or 'none'); a note says so.
         refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
             nothing is faired.
-        rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the surface around does.
+        rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.
         islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole open
             if that fails; 'leave' fills the hole as if they were not there.
         selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
