@@ -73,7 +73,7 @@ CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
-#: a triangle with a value of `triangle_shapes` below this (height about 1/10 of the base) is a sliver; the share that gets a note
+#: a triangle is a sliver if its `triangle_shapes` is below this (height about 1/10 of the base); a larger share gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
 #: the defaults of `normal_filtering`, for parameters that neither the caller nor the choice for the mesh sets
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
@@ -117,14 +117,14 @@ def apply_coord_normal_filtering(
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            predicts their places from the others, 'only' moves no other vertex. 'auto': 'keep' if all other values are given.
+            predicts their places from the others, 'only' then moves nothing else. 'auto': 'keep' if all other values are given.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
             'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values are given.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
-            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. Only if all parameters are automatic.
+            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter is given.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """
@@ -283,7 +283,7 @@ class Kernels:
     Attributes:
         range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less, 'l2' not
             at all; the others keep them.
-        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the kernel of the paper, 'l2'
+        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel, 'l2'
             weights all neighbours equally, 'l1' favours the nearest.
         range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise, and
             flattens larger features. 'auto' estimates it from the mesh.

@@ -37,7 +37,7 @@ def meshing_close_holes_by_fairing(
     mark: Annotated[Mark, Enum(label="Mark new faces")] = "none",
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Closes holes with triangles as dense as those around the hole, which continue the surface smoothly across the rim.
+    """Closes holes with triangles that are as dense as those around, and continue the surface smoothly across the rim.
 
     Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue colours
     and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the numbers of

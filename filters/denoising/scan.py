@@ -37,7 +37,7 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
 _REGIONS = 100
-# Meshes with more faces are sampled by many small patches. Ten large patches misled the choice: they miss too many shapes.
+# Meshes with more faces are sampled by many small patches. Ten large patches misled the choice: shapes differ between places.
 _WHOLE = 20_000
 
 
@@ -72,9 +72,9 @@ class Scan:
     ) -> "tuple[Scan, Ints]":
         """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
-        A mesh of up to 20,000 faces is taken whole, a larger one is sampled by patches of whole face rings around seed faces.
-        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers. These depend
-        on perimeter / mean edge only, so renumbering, moving, turning and scaling the mesh change them only by rounding.
+        A mesh of up to 20,000 faces is taken whole. A larger mesh is sampled by patches of complete face rings around seed faces.
+        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers, which follow
+        from perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
         Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
         of patches and the least number of faces in a patch, `attributes` the remaining fields of the scan.
@@ -117,8 +117,8 @@ class Scan:
     def surface_noise(self) -> float:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
-        It is the smaller of two estimates. `estimate_noise` takes fine details such as fur for noise. The other estimate, 1.3
-        times `noise_floor`, is for even noise and uses the calmest part alone. Without inner vertices, or of planes: 0.
+        It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
+        `noise_floor` of the calmest part, which is for even noise. It is 0 for models of planes, and without inner vertices.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -189,9 +189,9 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at their `initial_positions`, with `by_means` at means of neighbours: quadrics
-        hide that a filter moves vertices without noise. A result f deviates from a vertex y by n . (y - f). `labels` and `stays`
-        are those of `cross_validate`. The choice is the same for any number of threads.
+        fits the surface. Held-out vertices start at their `initial_positions`, or with `by_means` at means of neighbours, since
+        quadrics hide that a filter moves vertices without noise. A result f deviates from a vertex y by n . (y - f). `labels` and
+        `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:

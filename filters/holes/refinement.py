@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
 MOST_VERTICES = 60_000
-#: A larger patch has this density only in a band of at least `_LEAST_WIDTH` edges; beyond it edges grow by `SLOPE` x distance.
+#: A larger patch is so dense only in a band of `_LEAST_WIDTH` or more edges at the rim; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
@@ -45,10 +45,10 @@ class ForbiddenEdges(NamedTuple):
 class Patch(NamedTuple):
     """Triangles that close a hole."""
 
-    points: Floats  # (k + a, 3) the rim vertices, then the new ones
+    points: Floats  # (k + a, 3) the rim vertices, then the new vertices
     sizes: Floats  # (k + a,) the target edge length at each point
     triangles: Ints  # (b, 3) indices of `points`
-    n_rim: int  # k
+    n_rim: int  # k, the number of rim vertices
 
 
 def refined_patch(
@@ -128,7 +128,7 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
-    """Splits each chosen triangle into three around a new point, numbered from `count`: one keeps its row, two are appended."""
+    """Splits each chosen triangle into three at a new point (numbers from `count` on): one keeps the row, two are appended."""
     a, b, c = triangles[chosen].T
     v = count + np.arange(len(chosen), dtype=np.int32)
     split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])

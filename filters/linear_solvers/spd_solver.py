@@ -227,7 +227,7 @@ class SpdSolver:
         steps: int,
         progress: Progress,
     ) -> tuple[Solution, bool, bool]:
-        """Runs conjugate gradients, again if the residual drifts: (result, whether it converged, whether A is indefinite)."""
+        """Runs conjugate gradients, restarted if the residual drifts: (result, whether it converged, whether A is indefinite)."""
         matrix = self._system.matrix
         size = preconditioned_norm(matrix, b, precondition)
         target = max(tolerance * (size if reference is None else reference * spread), FINEST_TOLERANCE * size)
@@ -299,7 +299,7 @@ class Solution(NamedTuple):
 
     values: Floats  # x, of the shape of b
     error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" has no estimate: 0
-    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal so that large rows do not hide errors in small ones:
+    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal, so that large rows do not hide errors in small rows:
     # x is the exact solution of a system that differs by this share. It is the largest share of all groups of columns.
     backward_error: float
     iterations: int  # number of products with the matrix

@@ -141,7 +141,7 @@ def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int
 
 @compiled(nogil=True)
 def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
-    """Reorders the rows from `start` to before `stop`: values of a column before row `middle` are at most those from it on."""
+    """Reorders the rows from `start` to before `stop`: a column's values before row `middle` do not exceed those from it on."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)
     while low < high:
@@ -236,7 +236,7 @@ def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> 
 
 @compiled(nogil=True)
 def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, indices: Ints) -> None:
-    """Partitions the candidates from `low` to before `high` at `middle`: nearer ones come first."""
+    """Partitions the candidates from `low` to before `high` at `middle`: nearer candidates come first."""
     high -= 1
     while low < high:
         pivot = near[q, (low + high) // 2]
@@ -328,8 +328,8 @@ def _sort_rows(
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
-        # The place of a neighbour is the number of nearer neighbours. Counting is vectorised: for up to hundreds it is faster
-        # than sorting, and float32 doubles its speed. If rounding makes two distances equal, `_exact_places` counts again.
+        # The place of a neighbour is the number of nearer neighbours. Counting is vectorised and, for up to hundreds of
+        # neighbours, faster than sorting; float32 doubles its speed. If rounding makes distances equal, `_exact_places` follows.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0

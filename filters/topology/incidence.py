@@ -75,7 +75,7 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """(n + 1,) offsets, and for each edge of each face, listed at its lower vertex, the key (higher vertex) * 2^32 + face."""
+    """(n + 1,) offsets, and for each edge of each face a key (higher vertex) * 2^32 + face, ascending at each lower vertex."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 
@@ -83,7 +83,7 @@ def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Lo
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
     """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and (e, `columns`) integers.
 
-    One column is the number of faces at each edge, two columns are its first and its last face. Keys ascend at each vertex.
+    One column is the number of faces at each edge, two columns are its first and its last face. For keys see `faces_by_edge`.
     """
     # Arrays that are too long cost no memory: the system allocates only the pages that are written.
     pairs, edge_faces = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)

@@ -1,7 +1,7 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
 At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
-order, a kernel that needs both triangles of each edge visits each neighbour once. A "pair" is the ends a, b of a face (i, a, b).
+order, a kernel that needs both triangles of each edge visits each neighbour once. A "pair" is (a, b) for a face (i, a, b) at i.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -35,8 +35,8 @@ _NOTHING = _U(2**64 - 1)
 class Stars(NamedTuple):
     """The neighbours of each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A closed star starts at the lowest neighbour and goes on to the lower of the two next to it. An open star goes from border to
-    border, starting at the lower end. An irregular star (non-manifold edges, several fans, more than 64 triangles) is ascending.
+    A closed star starts at the lowest neighbour and goes on to the lower of the two vertices next to it. An open star goes from
+    the lower to the higher border vertex. An irregular star (non-manifold edges, several fans, over 64 triangles) is ascending.
     Lower means the lower vertex name, see `stars`; the order and the orientation of the faces do not matter.
     """
 

@@ -110,7 +110,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     mesh: MeshData, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """Trials of the smoothing recipes that fit."""
+    """Trials of the smoothing recipes that fit the scan, by name."""
     from dataclasses import replace
 
     from ..recipe import load_recipe

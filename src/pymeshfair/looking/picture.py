@@ -225,10 +225,10 @@ class Appearance:
     azimuth: float = 0.0  # see `view_rows`
     elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
-    centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None to show all
+    centre: tuple[float, float, float] | None = None  # the centre (x, y, z) of a close-up; None to show all
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
-    width: int = 640  # of a panel, in pixels
-    height: int = 640  # of a panel, in pixels
+    width: int = 640  # the width of a panel, in pixels
+    height: int = 640  # the height of a panel, in pixels
     stripes: float = 8.0  # number of reflection lines over all directions
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
@@ -349,7 +349,7 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 def draw_color_bar(
     picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
 ) -> None:
-    """Draws a colour bar over half of the width, with the numbers at its ends and its label."""
+    """Draws a colour bar half as wide as the picture, with the numbers at its ends and its label."""
     width = picture.width // 2
     left = (picture.width - width) // 2
     low, high = limits

@@ -97,7 +97,7 @@ class Former:
     now: str | None  # MeshLab's name of the filter today; None if it is gone or became several filters
     #: for a filter that became several filters: by parameter and its value, the filter's name today; an absent value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    idle: bool = False  # it never changed a mesh, so its steps can be left out
+    idle: bool = False  # the old filter never changed a mesh, so its steps can be left out
     invented: bool = False  # the name was never MeshLab's; `now` is the filter that scripts with this name mean
     sets: Mapping[str, str] = field(default_factory=dict)  # values by parameter, for parameters that the script does not give
     renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by old name

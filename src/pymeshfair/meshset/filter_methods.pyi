@@ -483,8 +483,8 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the kernel of the
-                paper, 'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -529,8 +529,8 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the kernel of the
-                paper, 'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -578,8 +578,8 @@ class FilterMethods(metaclass=LateMethods):
                 a whole number of at least 3.
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the kernel of the
-                paper, 'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -1117,7 +1117,7 @@ class FilterMethods(metaclass=LateMethods):
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
-                first predicts their places from the others, 'only' moves no other vertex. 'auto': 'keep' if all other values
+                first predicts their places from the others, 'only' then moves nothing else. 'auto': 'keep' if all other values
                 are given.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
                 noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values
@@ -1130,8 +1130,8 @@ class FilterMethods(metaclass=LateMethods):
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
             compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount:
-                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. Only if all parameters are
-                automatic.
+                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter
+                is given.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -5812,7 +5812,7 @@ class FilterMethods(metaclass=LateMethods):
         selected: bool = False,
         mark: Literal["none", "scalar", "color"] = "none",
     ) -> dict[str, Any] | None:
-        """Closes holes with triangles as dense as those around the hole, which continue the surface smoothly across the rim.
+        """Closes holes with triangles that are as dense as those around, and continue the surface smoothly across the rim.
 
         Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue
         colours and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the

@@ -27,7 +27,7 @@ MOST_CUTS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
-    """A mesh file that was read."""
+    """A mesh that was read from a file."""
 
     path: Path
     mesh: MeshData

@@ -35,7 +35,7 @@ from ..running.session import RunCache, Session
 from ..running.supervise import MODULES, parse_talk
 from ..scripts.script import Script
 
-#: the largest number of vertices of a scan that is used whole, and about the number of vertices of the part of a larger scan
+#: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
 #: the side of the box for coordinates, relative to the longest side of the scan: above 1, because results may be larger
 _ROOM = 1.5
@@ -53,7 +53,7 @@ class Scan:
     path: Path
     vertices: int  # the number of vertices
     diagonal: float  # the diagonal of the bounding box, in mesh units
-    mean_edge: float  # in mesh units
+    mean_edge: float  # the mean edge length, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
 
