@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
 MOST_VERTICES = 60_000
-#: A larger patch is so dense only in a band of `_LEAST_WIDTH` or more edges at the rim; beyond, edges grow by `SLOPE` x distance.
+#: A larger patch has this density only within `_LEAST_WIDTH` or more edges of its rim; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 

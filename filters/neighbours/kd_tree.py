@@ -329,7 +329,7 @@ def _sort_rows(
     for r in range(positions.shape[0]):
         row = index_at[start + r]
         # The place of a neighbour is the number of nearer neighbours. Counting is vectorised and, for up to hundreds of
-        # neighbours, faster than sorting; float32 doubles its speed. If rounding makes distances equal, `_exact_places` follows.
+        # neighbours, faster than sorting; float32 doubles its speed. If rounding makes distances equal, `_exact_places` counts.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0

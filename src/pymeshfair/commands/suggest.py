@@ -191,7 +191,7 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
         return []
     best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
     criterion = "by their effect on the noise" if values["shape"] == "correlated" else "on held-out vertices"
-    lines = [f"{len(tried)} settings, not ruled out early, were compared {criterion}; the errors in mean edges are:"]
+    lines = [f"{len(tried)} settings that were not ruled out early were compared {criterion}; the errors in mean edges are:"]
     for trial in best if tried[0] in best else [*best, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]

@@ -101,7 +101,7 @@ class _Reader:
                 elif part.tag == "instance_controller":
                     skin = self._target(part, "url", "controller").find("skin")
                     if skin is None:
-                        raise ContentsError("a controller of it has no skin, which is not known here; save it without")
+                        raise ContentsError("its controller has no skin, which is not known here; save it without controllers")
                     text = skin.findtext("bind_shape_matrix")
                     bound = numbers(text, "a bind_shape_matrix", 16).reshape(4, 4) if text else np.eye(4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
@@ -187,7 +187,7 @@ class _Reader:
         if len(places) < least or max(places) >= stride:
             raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
-            raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
+            raise ContentsError(f"an accessor of it takes {count:,} x {stride:,} of {len(values):,} numbers")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
         self._sources[key] = values[rows]
         return self._sources[key]
