@@ -117,7 +117,7 @@ def apply_coord_normal_filtering(
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            predicts their places from the others, 'only' then moves nothing else. 'auto': 'keep' if all other values are given.
+            moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other values are given.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
             'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values are given.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns

@@ -131,7 +131,7 @@ class Scan:
     def without_impulses(self) -> "tuple[Scan, bool]":
         """The scan with its outliers replaced (unchanged if it has no impulse noise), and whether its noise is uneven."""
         replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
-        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half, as uneven noise may leave half of the mesh calm
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # 0.5: uneven noise may leave half of the mesh calm
             return self, False
         beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
         uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)

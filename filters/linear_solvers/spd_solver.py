@@ -1,8 +1,8 @@
 """Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
 If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
-and multigrid is the preconditioner for large ones: its cost per row depends neither on the time step nor on the size. Factors are
-also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
+and multigrid preconditions large systems: its cost per row depends neither on the time step of a diffusion nor on size. Factors
+are also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
 from __future__ import annotations

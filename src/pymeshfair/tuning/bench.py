@@ -39,7 +39,7 @@ from ..scripts.script import Script
 MOST_VERTICES, PART = 200_000, 50_000
 #: the side of the box for coordinates, relative to the longest side of the scan: above 1, because results may be larger
 _ROOM = 1.5
-#: the name of a file; if it is made in the folder of a run, this run stops
+#: if a file with this name appears in the folder of a run, the run stops
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
