@@ -149,7 +149,7 @@ class OneRings(NamedTuple):
 
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
-    """Returns the one-ring of every vertex, with the number of faces at each edge; each row of (e, 2) edges counts as one face."""
+    """Returns the one-ring of every vertex, with the number of faces at each edge; a row of (e, 2) edges counts as one face."""
     if faces_or_edges.shape[1] == 2:
         pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
