@@ -37,12 +37,12 @@ KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KE
 SMALLEST_DEVIATION = 1e-6
 #: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, constant up to a2, and falls to 0 at a3. His 2, 4, 8 need sigma 2.
+#: Hampel's a1, a2, a3 in units of sigma: psi is x to a1, constant to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
 _PER_LN2 = 1.4426950408889634
-# Floats of about this size are 1 apart. So adding it rounds x to a whole number, which the last bits of the sum then hold.
+# Floats of about this size are 1 apart. Adding this number to x rounds x to a whole number, in the last bits of the sum.
 _WHOLE = 1.5 * 2.0**52
 # The exponent bits of 1, the number of bits below the exponent, and the least x whose exp(x) has full precision.
 _BIAS, _BELOW, _LEAST = 1023, 52, -708.0
@@ -63,7 +63,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 
 
 def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """Returns the influence psi of deviations, the derivative of `rho`; odd. Arguments and errors as there.
+    """Returns the influence psi of deviations, the derivative of `rho`; odd. Arguments and errors: see `rho`.
 
     For "l1" and "truncated_l1" it is linear where |x| is below `SMALLEST_DEVIATION` sigma.
     """
@@ -71,7 +71,7 @@ def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 
 
 def weight(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """Returns the weight psi(x) / x of deviations: even, at least 0, non-increasing with |x|. Arguments and errors as `rho`."""
+    """Returns the weight psi(x) / x of deviations: even, at least 0, non-increasing with |x|. Arguments and errors: see `rho`."""
     return _evaluated(name, x, sigma, cost=False)
 
 
@@ -120,8 +120,8 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-# Loops must be vectorised: with a constant code one branch is left, in which both sides of a condition are computed and one is
-# selected. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
+# Loops over this function must be vectorised. With a constant code only the branch of this code is left; it computes both sides
+# of a condition and selects one. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
     """Returns the weight of one deviation in compiled functions, by the kernel's `KERNEL_CODES`; sigma is above 0."""
@@ -199,7 +199,7 @@ def exponential(x: float) -> float:
     """Returns exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for smaller x.
 
     It is 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. There are no branches and
-    calls, so that loops are vectorised, and the bits are the same on all processors.
+    no calls, so that loops are vectorised, and the bits are the same on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE
@@ -223,7 +223,7 @@ def exponential(x: float) -> float:
     return series * power if x >= _LEAST else 0.0
 
 
-#: The standard deviation of normal residuals over their median absolute value.
+#: The standard deviation of normal residuals, divided by their median absolute value.
 _MEDIAN_TO_DEVIATION = 1.4826022185056018
 
 #: The sigma, in standard deviations of the noise, for which the robust mean of normal samples has 95 % of the efficiency of the
@@ -233,7 +233,7 @@ SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
 
-_ITERATIONS, _TOLERANCE = 2000, 1e-13  # most iterations, and the relative change of a fit that ends them
+_ITERATIONS, _TOLERANCE = 2000, 1e-13  # the largest number of iterations, and the relative change of a fit that ends them
 
 
 class Line(NamedTuple):
@@ -246,7 +246,7 @@ class Line(NamedTuple):
 def robust_deviation(residuals: ArrayLike) -> float:
     """Estimates the standard deviation of normal residuals r of mean 0 by 1.4826 median |r|; fewer than half may be outliers.
 
-    If more than half of the residuals are exactly 0, it is the mean of |r|.
+    If more than half of the residuals are exactly 0, the result is the mean of |r|.
 
     Args:
         residuals: r, at least one, any shape.
@@ -256,11 +256,11 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i with weights g_i, from the median.
+    """Returns the m that minimises sum rho(x_i - m) [huber1964]: from the median, by m <- sum g_i x_i / sum g_i with weights g_i.
 
     Args:
         x: (n,) at least one sample.
-        kernel: of rho; "l2" gives the mean, "l1" the median.
+        kernel: the kernel of rho; "l2" gives the mean, "l1" the median.
         sigma: the scale in the unit of x. Larger gives more weight to distant samples. None: `robust_deviation` of the
             samples from their median, times `SIGMA_IN_DEVIATIONS`.
 
@@ -274,13 +274,13 @@ def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | No
 def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> Line:
     """Returns the line that minimises sum rho(y_i - slope x_i - intercept), by iteratively reweighted least squares.
 
-    It starts with the line of "l1". For convex rho ("l2", "l1", "huber") it is the global minimum, for other kernels the local
-    minimum near the start.
+    The iteration starts with the line of "l1". It finds the global minimum for convex rho ("l2", "l1", "huber"), and the local
+    minimum near the start for other kernels.
 
     Args:
         x: (n,) at least two values, not all equal.
         y: (n,) the samples at x.
-        kernel: of rho; "l2" is the plain least squares fit.
+        kernel: the kernel of rho; "l2" is the plain least squares fit.
         sigma: the scale in the unit of y. Larger gives more weight to distant samples. None: `robust_deviation` of the samples
             from the line of "l1", times `SIGMA_IN_DEVIATIONS`.
 
@@ -309,7 +309,7 @@ def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelNam
         return start
     for _ in range(_ITERATIONS):
         roots, before = np.sqrt(weight(kernel, values - design @ start, scale)), start
-        if np.count_nonzero(roots) < design.shape[1]:  # too few samples within reach of sigma
+        if np.count_nonzero(roots) < design.shape[1]:  # too few samples have a weight above 0
             break
         start = np.asarray(np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0], dtype=np.float64)
         if np.abs(design @ (start - before)).max() <= _TOLERANCE * np.abs(values).max():

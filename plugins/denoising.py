@@ -25,19 +25,19 @@ CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
     "and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at once."
 )
-SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' comes first
-ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More are smoother, slower, and shrink more.")
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `SPACE_KERNELS` begins with 'constant'
+ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More steps smooth more, take longer, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class NormalFilterParameters:
-    """The parameters of the filter of face normals, see `NormalFilter`; automatic ones are chosen for the mesh.
+    """The parameters of the filter of face normals, see `NormalFilter`; automatic parameters are chosen for the mesh.
 
     Attributes:
         method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral': by
-            the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation on
-            averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges. 'vertex_normals' is
+            the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
+            normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges. 'vertex_normals' is
             bilateral on the normals of vertices.
         range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
             edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
@@ -52,8 +52,8 @@ class NormalFilterParameters:
             smooths larger details.
         neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the mean
             distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not jump across
-            a thin wall. Larger smooths larger details and is slower.
-        normal_iterations: How often the normals are filtered before the vertices follow. More smooth more.
+            a thin wall. A larger neighbourhood smooths larger details and is slower.
+        normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more.
     """
 
     method: Annotated[Auto | denoising.NormalFilterMethod, Enum()] = "auto"
@@ -67,13 +67,13 @@ class NormalFilterParameters:
     normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
-#: the parameters of `filter_face_normals`; the others concern the vertices
+#: the parameters of `filter_face_normals`; the other parameters concern the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
-CHOOSING = 0.7  # the share of a choice, if there is one, in the progress
+CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
-#: a triangle is a sliver below this value of `triangle_shapes`, about 1:10; a larger share of slivers gets a note
+#: a triangle is a sliver if its `triangle_shapes` is below this (height about 1/10 of the base); a larger share gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
 #: the defaults of `normal_filtering`, for parameters that neither the caller nor the choice for the mesh sets
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
@@ -107,24 +107,24 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
     Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-    parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean edges
-    as drift, and how many faces look away from the faces around them, before and after.
+    parameters apply to all settings. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in
+    mean edges), and how many faces look away from the faces around them, before and after.
 
     Args:
-        vertex_iterations: The number of steps of the vertices towards the filtered normals. More follow more closely.
-        outer_iterations: How often both steps are repeated, with the normals of the moved faces; more are smoother. 20 to 30
-            rounds of one normal iteration keep edges better than one round of 20. 0: only outliers and relaxation.
+        vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.
+        outer_iterations: The number of rounds of filtering normals and moving vertices; more rounds smooth more. 20 to 30 rounds
+            of one normal iteration keep edges better than one round of 20 iterations. 0: only outliers and relaxation.
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            predicts their places from the others, 'only' moves nothing else. 'auto': 'keep' if all other values are given.
+            moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other values are given.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
             'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values are given.
-        relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns faces
-            over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
-        relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
+        relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
+            faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
+        relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
-            implicit, bi-Laplacian and spectral smoothing. The result is the same. Only if all parameters are automatic.
+            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter is given.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """
@@ -186,7 +186,7 @@ def apply_normal_robust_filtering_per_face(
     iterations is the total over all rounds of Normal Filtering. Returns the parameters in use.
 
     Args:
-        selected: Only the selected faces get a new normal; the others keep theirs, and still count as neighbours.
+        selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as neighbours.
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
@@ -220,7 +220,7 @@ def _completed(
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
-    # The trials do not vary normal iterations, since twenty would cost twenty times as much, nor rounding.
+    # The trials vary neither rounding nor normal iterations: twenty iterations would cost twenty times as much.
     not_tried = ("normal_iterations", "rounding")
     tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
     made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
@@ -264,7 +264,7 @@ def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
-    """The mean displacement of the vertices in a face, in mean edges."""
+    """The mean displacement of the vertices that belong to a face, in mean edges."""
     used = referenced_vertices(layer.faces, len(vertices))
     if not used.any() or layer.mean_edge == 0.0:
         return 0.0
@@ -281,10 +281,10 @@ class Kernels:
     """The common parameters of bilateral filters: kernels and scales.
 
     Attributes:
-        range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at all;
-            the others keep them.
-        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2' weights all
-            neighbours equally, 'l1' favours the nearest.
+        range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less, 'l2' not
+            at all; the others keep them.
+        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel, 'l2'
+            weights all neighbours equally, 'l1' favours the nearest.
         range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise, and
             flattens larger features. 'auto' estimates it from the mesh.
     """
@@ -364,14 +364,14 @@ def apply_coord_bilateral_projection_of_points(
     """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar heights.
 
     Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns the
-    choice and the trials, with errors in spacings; a cloud without noise stays as it is.
+    choice and the trials, with errors in mean distances between points; a cloud without noise stays as it is.
 
     Args:
-        neighbors: The number of nearest points that count. More are smoother, slower, and round off edges.
+        neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges.
         space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more. 'auto'
             takes it from the mean distance of the farthest neighbour.
-        iterations: The number of steps. More are smoother, slower, and shrink more. 'auto' takes the iterations, neighbours,
-            degree and, if automatic, range sigma with the least prediction error at held-out points.
+        iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
+            neighbours, degree and, if automatic, range sigma with the least prediction error at held-out points.
         degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
             quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
         use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.

@@ -1,4 +1,4 @@
-"""The filter that closes holes by patches that continue the surface around."""
+"""The filter that closes holes by patches that continue the surrounding surface."""
 
 from collections import Counter
 from typing import Annotated, Any, Literal, TypeAlias
@@ -14,8 +14,8 @@ from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 
-ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # of marked faces
-MOST_NAMED = 10  # the largest number of notes on closed rims, on rims with a lower energy, and on open rims; largest rims first
+ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # the colour of marked faces
+MOST_NAMED = 10  # the largest number of notes of each kind: on closed rims, on rims with a lower energy, on open rims
 
 
 @mesh_filter(
@@ -37,23 +37,23 @@ def meshing_close_holes_by_fairing(
     mark: Annotated[Mark, Enum(label="Mark new faces")] = "none",
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
+    """Closes holes with triangles that are as dense as those around, and continue the surface smoothly across the rim.
 
     Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue colours
-    and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the number of
-    closed holes and the edges of each rim, the numbers of new vertices and faces, the number of holes with a lower energy, and
-    the number of open rims with reasons and edges; notes name the largest rims.
+    and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the numbers of
+    closed holes, new vertices, new faces, holes with joined islands and holes with a lower energy, the number of open rims by
+    reason, and the number of edges of each closed and each open rim; notes name the largest rims.
 
     Args:
         max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges takes half
             a gigabyte of memory. Outer borders of open sheets stay open: rims that turn like the rim of a flat disc; and, unless
             selected, rims that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
-            continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows noise at the rim;
-            'none' leaves them flat. Degenerate triangles at a rim may need a lower energy, one named earlier; a note says so.
-        refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and nothing is
-            faired.
-        rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around bulges.
+            continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
+            'none' leaves them flat. Degenerate triangles may need a lower energy (named earlier or 'none'); a note says so.
+        refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
+            nothing is faired.
+        rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.
         islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole open
             if that fails; 'leave' fills the hole as if they were not there.
         selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
@@ -65,7 +65,7 @@ def meshing_close_holes_by_fairing(
     if selected:
         touched = layer.vertex_selection.copy()
         touched[layer.faces[layer.face_selection]] = True
-        touched = touched if touched.any() else layer.selected_vertices()  # which raises
+        touched = touched if touched.any() else layer.selected_vertices()  # raises an error
     filling = close_holes(layer.vertices, layer.faces, **options, selected=touched, progress=progress)
     added = additions(layer, filling.new_vertices, filling.new_faces)
     refined = set(filling.hole_of_vertex.tolist())

@@ -37,18 +37,18 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
 _REGIONS = 100
-# Meshes with more faces are sampled by many small patches: ten large ones misled the choice, as shapes differ between places.
+# Meshes with more faces are sampled by many small patches. Ten large patches misled the choice: shapes differ between places.
 _WHOLE = 20_000
 
 
 @dataclass(frozen=True)
 class Scan:
-    """A mesh with a mean edge of 1, or patches of a large mesh."""
+    """A mesh, or patches of a large mesh, scaled to a mean edge of 1."""
 
-    points: Floats  # (n, 3) coordinates around 0
+    points: Floats  # (n, 3) coordinates; the mean of the points that faces use is 0
     faces: Ints  # (m, 3) triangles
     movable: Bools | None = None  # (n,) which vertices may move, None for all; fixed vertices are not evidence
-    seed: int = 0  # selects the held-out vertices
+    seed: int = 0  # the seed of the random choice of held-out vertices, and of added noise
     progress: Progress = ignore_progress  # called while filters are tried; may raise to stop
     replaced: Bools | None = None  # (n,) outliers that were replaced and are not evidence, None for none
     whole: bool = True  # True for the whole mesh, False for patches
@@ -72,12 +72,12 @@ class Scan:
     ) -> "tuple[Scan, Ints]":
         """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
-        A mesh of up to 20,000 faces is taken whole, a larger one is sampled by patches of whole face rings around seed faces.
-        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers. These numbers
-        depend on the perimeter over the mean edge, so renumbering, moving, turning and scaling change them only by rounding.
+        A mesh of up to 20,000 faces is taken whole. A larger mesh is sampled by patches of complete face rings around seed faces.
+        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers, which follow
+        from perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
-        The (n, 3) points must be of ordinary size. `edge` is the mean edge if known, `patches` the number of patches and their
-        least number of faces, `attributes` the remaining fields of the scan.
+        Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
+        of patches and the least number of faces in a patch, `attributes` the remaining fields of the scan.
         """
         whole = len(faces) <= _WHOLE
         chosen, origin = faces, np.arange(len(points), dtype=np.int32)
@@ -110,15 +110,15 @@ class Scan:
 
     @cached_property
     def agreement(self) -> tuple[float, float]:
-        """The correlation of the residuals of neighbours: on the whole scan, and in its calmest part."""
+        """The correlation between the residuals of neighbouring vertices: on the whole scan, and in its calmest part."""
         return agreement(self.points, self.faces)
 
     @cached_property
     def surface_noise(self) -> float:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
-        It is the smaller of two estimates. `estimate_noise` takes fine details such as fur for noise. `noise_floor` measures the
-        calmest part alone; even noise is 1.3 times as large. 0 for a model of planes and for a mesh without inner vertices.
+        It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
+        `noise_floor` of the calmest part, which is for even noise. It is 0 for models of planes, and without inner vertices.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -131,7 +131,7 @@ class Scan:
     def without_impulses(self) -> "tuple[Scan, bool]":
         """The scan with its outliers replaced (unchanged if it has no impulse noise), and whether its noise is uneven."""
         replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
-        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # half, since uneven noise may leave half of the mesh calm
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # 0.5: uneven noise may leave half of the mesh calm
             return self, False
         beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
         uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
@@ -150,7 +150,7 @@ class Scan:
 
     @property
     def is_surface(self) -> bool:
-        """Whether the residuals show the surface alone: neighbours correlate in the calmest part, too."""
+        """Whether the residuals show the surface alone: they correlate between neighbours even in the calmest part."""
         return self.shows_surface and self.agreement[1] > tuned.SURFACE_WHERE_CALM
 
     @property
@@ -159,15 +159,15 @@ class Scan:
         return self.noise.level < tuned.NO_NOISE or self.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice, or its first candidate (do nothing) if the chosen filter removes details.
+        """Returns the choice, changed to its first candidate (do nothing) if the chosen filter removes details.
 
-        A filter removes details if neighbours correlate and its prediction error is at least 1.2 times the noise level.
+        A filter removes details if residuals of neighbours correlate and its prediction error is at least 1.2 x the noise level.
         """
         removes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice with the least error among its rivals that flip few faces.
+        """Returns the choice changed to the filter with the least error among the rivals that flip few faces.
 
         Height errors hardly show flipped faces, although the normals of such faces are wrong.
         """
@@ -188,10 +188,10 @@ class Scan:
     ) -> Choice[Label] | None:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
-        Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex from its neighbours
-        fits the surface. Held-out vertices start at their `initial_positions`. With `by_means` they always start at means, since
-        quadrics hide the error of moving exact vertices. A result f deviates from a vertex y by n . (y - f). `labels` and `stays`
-        are those of `cross_validate`. The choice is the same for any number of threads.
+        Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
+        fits the surface. Held-out vertices start at their `initial_positions`, or with `by_means` at means of neighbours, since
+        quadrics hide that a filter moves vertices without noise. A result f deviates from a vertex y by n . (y - f). `labels` and
+        `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
@@ -217,10 +217,10 @@ class Scan:
         """Chooses the result with the least expected error of its slopes [stein1981], for noise of any covariance.
 
         A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
-        heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e. The (n,) heights b have the covariance of the noise; `noise`
-        gives them, None stands for independent noise. The squared error of height differences, plus the variance of their noise,
-        is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) over the edges. Among the results within one standard error of
-        the best the flattest wins. The first label should be to do nothing. Errors are in mean edges. None without scored edges.
+        heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e for a small e. The (n,) heights b have the covariance of the
+        noise; `noise` gives them, None means independent noise. Slopes are height differences over edges. Their squared error,
+        plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). Among the results within one
+        standard error of the best, the flattest is chosen. Errors are in mean edges. None if no edge joins scored vertices.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
@@ -271,7 +271,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
 
 @compiled
 def _rings_around(faces: Ints, at_vertices: VertexFaces, seed: int, least: int, number: int, marks: Ints) -> Longs:
-    """Returns the seed face and whole rings around it, at least `least` faces if possible. No mark may equal `number`."""
+    """Returns the seed face and complete rings around it, at least `least` faces if possible. No mark may equal `number`."""
     ring_faces = [seed]
     marks[seed] = number
     start, stop = 0, 1

@@ -13,14 +13,14 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import VertexFaces
 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]. "ohtake": their area-weighted mean
-#: [ohtake2001]. "conjugate_gradient": descent on the energy sum A |n - m|^2.
+#: [ohtake2001]. "conjugate_gradient": descent on the `fitting_energy`.
 VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
 
 # A step that would flip a face is halved up to this number of times, then left out.
 _HALVINGS = 3
-# A factor of the squared longest safe step: so far below 1 that rounding errors cannot make a safe step flip a face.
+# The squared length of the longest step without a flip is multiplied by this factor, so that rounding errors cannot cause a flip.
 _SAFE = 0.999
-# A row for each face: its target normal m, m . c with its centre c, its weight, the square of the longest step without a flip.
+# A row for each face: target normal m, m . c for the centre c, weight, squared length of the longest step without a flip.
 _OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
 
 
@@ -39,10 +39,10 @@ def fit_vertices(
 ) -> Floats:
     """Returns (n, 3) the vertices after `iterations` steps towards faces with the given target normals.
 
-    "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with the
-    centre c_j; w_j is 1 or the area of j. With `avoid_flips` a step that turns a face away from its target normal is halved, and
-    in the end left out. Vertices that are `along_normal`, as on borders, move along the mean target normal only. `overwrite` is a
-    table of `measure_faces` whose memory is reused.
+    "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with
+    target normals n_j and centres c_j; w_j is 1 or the area of j. With `avoid_flips` a step that turns a face away from its
+    target normal is halved, and in the end left out. Vertices that are `along_normal`, as on borders, move along the mean target
+    normal only. `overwrite` is a table of `measure_faces` whose memory is reused.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
@@ -111,7 +111,7 @@ def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> 
 
 @compiled(parallel=True)
 def _gradients(now: Floats, around: VertexFaces, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
-    """Writes the gradient; the derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
+    """Writes the gradient; the derivative of A |n - m|^2 with respect to a corner is (n - m) x (the opposite side)."""
     offsets, rows = around
     for i in prange(now.shape[0]):
         if not moves[i]:
@@ -159,7 +159,7 @@ def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int
         planes[f, _REACH] = side * side / longest if side > 0.0 else math.inf
 
 
-# Unsigned indices save the test for negative ones.
+# Unsigned indices save the test for negative indices.
 @compiled(nogil=True, error_model="numpy")
 def _step(
     now: Floats, at: VertexFaces, planes: Floats, moves: Bools, bound: Bools, careful: bool, then: Floats, first: int, last: int
@@ -198,7 +198,7 @@ def _step(
 def _along_mean_normal(
     x: float, y: float, z: float, rows: Ints, start: int, stop: int, planes: Floats
 ) -> tuple[float, float, float]:
-    """Returns the part of a step along the weighted mean of the faces' normals, or the whole step if they cancel out."""
+    """Returns the part of a step along the weighted mean of the faces' target normals; the whole step if this mean is 0."""
     mx = my = mz = 0.0
     for k in range(start, stop):
         f = np.uint32(rows[k, 0])
@@ -217,7 +217,7 @@ def _along_mean_normal(
 def _share_without_flips(
     now: Floats, i: int, rows: Ints, start: int, stop: int, planes: Floats, step: tuple[float, float, float]
 ) -> float:
-    """Returns the largest tried share of a step of vertex i, 1, 1/2 ... or 0, that turns no face away from its target normal."""
+    """Returns the largest of the shares 1, 1/2, 1/4, 1/8 of a step of vertex i that flips no face; 0 if each flips a face."""
     px, py, pz = now[i, 0], now[i, 1], now[i, 2]
     share = 1.0
     for _ in range(_HALVINGS + 1):

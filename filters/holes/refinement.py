@@ -1,4 +1,4 @@
-"""Refinement, the second step of hole filling [liepa2003]: splits triangles to the density of the rim, flips to Delaunay."""
+"""Refinement, the second step of hole filling [liepa2003]: splits triangles to the rim's density, flips edges to Delaunay."""
 
 from typing import NamedTuple
 
@@ -14,15 +14,15 @@ from .triangulation import VertexPairs, is_pair
 
 #: A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length [liepa2003].
 DENSITY = np.sqrt(2.0)
-# An edge between two rim vertices is not split if an adjacent triangle is lower than this share of the target edge length:
-# in a crack a new vertex has no room to move.
+# An edge between two rim vertices is not split if the height of an adjacent triangle is below this share of the target edge
+# length: in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# The most vertices of a patch; with a width from `uniform_width` it has far fewer.
+# The largest number of vertices in a patch; with a width from `uniform_width` a patch has far fewer.
 _MOST_POINTS = 300_000
 # The number of rounds is unknown in advance: after this many rounds the progress is one half.
 _HALF = 8
-# An edge is flipped if its opposite angles sum to more than pi + `_GAIN`, and the flip lowers the sum by more than `_GAIN`.
+# An edge is flipped if the angles opposite it sum to more than pi + `_GAIN`, and the flip lowers the sum by more than `_GAIN`.
 # Without this gap rounding could flip an edge back and forth for ever.
 _GAIN = 1e-7
 # A flip must not make a triangle whose doubled area is below this share of the sum of two squared sides.
@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
 MOST_VERTICES = 60_000
-#: A larger patch is as dense as its rim only in a band of `_LEAST_WIDTH` edges or more; beyond, edges grow by `SLOPE` x distance.
+#: A larger patch has this density only within `_LEAST_WIDTH` or more edges of its rim; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
@@ -45,10 +45,10 @@ class ForbiddenEdges(NamedTuple):
 class Patch(NamedTuple):
     """Triangles that close a hole."""
 
-    points: Floats  # (k + a, 3) the rim vertices, then the new ones
+    points: Floats  # (k + a, 3) the rim vertices, then the new vertices
     sizes: Floats  # (k + a,) the target edge length at each point
     triangles: Ints  # (b, 3) indices of `points`
-    n_rim: int  # k
+    n_rim: int  # k, the number of rim vertices
 
 
 def refined_patch(
@@ -60,7 +60,7 @@ def refined_patch(
     and the mean of the three target lengths. An edge is flipped while its two opposite angles sum to more than pi, unless the
     flip would fold the surface or double an edge. At the end, inner edges between two rim vertices are split at their midpoints,
     so that each triangle has a vertex that fairing can move; in cracks only `forbidden` edges are split. Edges of the rim
-    stay. Beyond `uniform` edges from the rim triangles may be larger, see `growing`. A refined patch may be refined again.
+    stay. Triangles farther than `uniform` edges from the rim may be larger, see `growing`. A refined patch may be refined again.
     """
     points, sizes, triangles, n_rim = patch
     rim, triangles = points[:n_rim], np.ascontiguousarray(triangles, dtype=np.int32).copy()
@@ -85,10 +85,10 @@ def refined_patch(
 def _split_diagonals(
     points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: ForbiddenEdges
 ) -> tuple[Floats, Floats, Ints]:
-    """Splits the inner edges between two rim vertices at their midpoints; in cracks only the `forbidden` ones."""
+    """Splits the inner edges between two rim vertices at their midpoints; in cracks only `forbidden` edges."""
     concerned = (triangles < n_rim).sum(axis=1) > 1  # triangles with an edge between rim vertices
     rows = triangles[concerned].tolist()
-    row_of = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}  # of each directed edge
+    row_of = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}  # by directed edge
     inner = [(a, b) for a, b in row_of if max(a, b) < n_rim and (b, a) in row_of]
     if not inner:
         return points, sizes, triangles
@@ -128,7 +128,7 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
-    """Splits each chosen triangle into three around a new point, numbered from `count`: one keeps its row, two are appended."""
+    """Splits each chosen triangle into three at a new point (numbers from `count` on): one keeps the row, two are appended."""
     a, b, c = triangles[chosen].T
     v = count + np.arange(len(chosen), dtype=np.int32)
     split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
@@ -165,7 +165,7 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
         return False
     if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
         return False
-    # The new triangles must not be folded over each other, unless the old ones are folded more.
+    # The new triangles must not be folded over each other, unless the old triangles are folded as much.
     after = _facing(points, a, d, c, d, b, c)
     if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
         return False
@@ -198,11 +198,11 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
 
 
 def uniform_width(patch: Patch) -> float:
-    """Returns the width, in edges, of the band along the rim that is as dense as the rim; infinite for the whole patch.
+    """Returns the width, in edges, of the band along the rim that is as dense as the rim; infinite if this is the whole patch.
 
     Equilateral triangles with side h have one vertex per area h^2 sqrt(3) / 2. A band along k rim edges, u edges wide, has
-    2 k u / sqrt(3) vertices. The inside, where edges grow by g times the distance, has at most 2 k / (g sqrt(3)). The result is
-    the u for which band and inside have `MOST_VERTICES` together.
+    2 k u / sqrt(3) vertices. The inside, where edges grow by g times the distance, has at most 2 k / (g sqrt(3)) vertices. The
+    result is the u for which band and inside together have `MOST_VERTICES`, but at least `_LEAST_WIDTH`.
     """
     each = np.sqrt(3.0) / 2.0
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
@@ -213,7 +213,7 @@ def uniform_width(patch: Patch) -> float:
 
 
 def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:
-    """Returns (n,) target edge lengths: `sizes` within `uniform` edges of the (k, 3) rim, beyond that growing by `SLOPE`."""
+    """Returns (n,) target edge lengths: `sizes`, plus `SLOPE` x distance from a band of `uniform` edges along the (k, 3) rim."""
     if not np.isfinite(uniform) or len(points) == 0:
         return sizes
     distance, _ = spatial.cKDTree(rim).query(points)

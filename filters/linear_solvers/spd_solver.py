@@ -1,8 +1,8 @@
 """Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
 If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
-and multigrid is the preconditioner for large ones: its cost per row depends neither on the time step nor on the size. Factors are
-also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
+and multigrid preconditions large systems: its cost per row depends neither on the time step of a diffusion nor on size. Factors
+are also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from ..mesh import Floats
 from .conjugate_gradients import CompressedRows, Preconditioner, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
 
-#: The most shifts that are tried.
+#: The largest number of shifts that are tried.
 _ATTEMPTS = 4
-#: Factors with a backward error of at most `_GOOD` are taken at once, else the best of all shifts with at most `_ROUGH`. The
-#: count of eigenvalues below a shift is right if none is closer to it than this share of the largest eigenvalue. One step of
-#: refinement restores the accuracy of the modes.
+#: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
+#: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than this error times the
+#: largest eigenvalue. One step of refinement restores the accuracy of the modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
-#: Refinement ends when the next correction is predicted below `_REFINED` of the extent, or after `_MOST_REFINEMENTS`.
+#: Refinement ends when the next correction is predicted to be below `_REFINED` extents, or after `_MOST_REFINEMENTS` steps.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
@@ -40,10 +40,10 @@ _SPLITTER = 134217729.0
 
 
 class Cholesky:
-    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares times with libraries."""
+    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares the times with those of libraries."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
-        """Factorises and calls progress(done) meanwhile; `ConvergenceError` if not positive definite to rounding."""
+        """Factorises, calls progress(done) meanwhile; `ConvergenceError` if the matrix is not positive definite to rounding."""
         csr = sparse.csr_matrix(matrix)
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
@@ -94,19 +94,19 @@ class ShiftedFactors:
 FINEST_TOLERANCE = 1e-12
 #: A backward error of this size is rounding.
 _ROUNDING = 1e-14
-#: A matrix whose smoothest vector has a Rayleigh quotient below this is singular to rounding and not factorised.
+#: A matrix with a `SpdSystem.smoothness` below this is singular to rounding and not factorised.
 _SINGULAR = 1e-13
-#: Up to `_FEW_STEPS` predicted steps the diagonal is tried as preconditioner; after `_JACOBI_STEPS` steps multigrid takes over.
+#: If at most `_FEW_STEPS` steps are predicted, the diagonal is tried as preconditioner, for at most `_JACOBI_STEPS` steps.
 _FEW_STEPS, _JACOBI_STEPS = 100, 250
 _MULTIGRID_STEPS = 300
 #: If the diagonal is a poor preconditioner, factors beat multigrid up to this many rows: for one solve, and for several.
 _FACTORS_FOR_ONE, _FACTORS_FOR_MORE = 50_000, 150_000
-#: If the diagonal is a good one, factors pay from this many solves on.
+#: If the diagonal is a good preconditioner, factors pay from this many solves on.
 _MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
 #: A direct solution must reach this backward error, which leaves room for ill-posed systems.
 _DIRECT_ROUNDING = 1e-12
-#: Beyond this size the factors outgrow their 32-bit indices and the memory of most machines.
+#: Beyond this number of rows the factors outgrow their 32-bit indices and the memory of most machines.
 _LARGEST_FACTORS = 3_000_000
 
 
@@ -114,9 +114,9 @@ class SpdSolver:
     """Solves systems with one matrix; multigrid and factors are kept for the next right-hand side."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, solves: int = 1) -> None:
-        """Takes a symmetric positive definite A, or a semidefinite one for right-hand sides in its range; A is not copied.
+        """Takes a symmetric positive definite A, or a semidefinite A for right-hand sides in its range; A is not copied.
 
-        `solves` is the number of solves to come. It decides whether factors pay from the second solve on.
+        `solves` is the number of solves to come. It decides whether factors pay.
         """
         self._system = SpdSystem.of(matrix)
         self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _FACTORS_FOR_MORE
@@ -171,7 +171,7 @@ class SpdSolver:
         if self._factors is not None or (self._solved and self._many):
             return self.by_factors(b, progress)
         earlier_steps = 0
-        # For the smoothest vector the energy norm of the error is the norm of its residual over sqrt(smallest eigenvalue).
+        # If the error belongs to the smallest eigenvalue, its energy norm is the norm of the residual over sqrt(eigenvalue).
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
@@ -255,14 +255,14 @@ class SpdSystem(NamedTuple):
 
     matrix: sparse.csr_matrix  # A, (n, n) with sorted indices, finite, with a positive diagonal
     scale: Floats  # (n,) 1 / sqrt(A_ii); D = diag(scale) makes D A D the matrix of unit diagonal
-    norm: float  # the largest row sum of |D A D|, a bound of its largest eigenvalue
-    # the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; a close one for a
-    # Laplace operator plus a mass, whose smoothest vector is constant
+    norm: float  # the largest row sum of |D A D|, an upper bound of the largest eigenvalue of D A D
+    # the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; a close bound for a
+    # Laplace operator plus a mass: the first eigenvector of the operator is constant
     smoothness: float
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
-        """Measures A, without a copy; refuses one that is not square, not finite, or without a positive diagonal."""
+        """Measures A, without a copy; refuses a matrix that is not square, not finite, or without a positive diagonal."""
         csr = sparse.csr_matrix(matrix)
         if csr.shape[0] != csr.shape[1]:
             raise FilterInputError(f"the matrix of a system must be square, got {csr.shape}")
@@ -298,11 +298,11 @@ class Solution(NamedTuple):
     """The solution of A x = b, its errors and its method."""
 
     values: Floats  # x, of the shape of b
-    error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" gives 0, no estimate
-    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal so that large rows hide nothing: x is the exact
-    # solution of a system that differs by this share. It is the largest of all groups of columns that were solved for together.
+    error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" has no estimate: 0
+    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal, so that large rows do not hide errors in small rows:
+    # x is the exact solution of a system that differs by this share. It is the largest share of all groups of columns.
     backward_error: float
-    iterations: int  # products with the matrix
+    iterations: int  # number of products with the matrix
     method: Method  # the method that gave x
 
 
@@ -327,8 +327,8 @@ def refined_solution(
 ) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
 
-    If A is a product, rounding of its entries may leave only a few correct digits of x. With a precise residual each step adds as
-    many digits, and the result solves the system of the exact product [higham2002].
+    If A is a product, rounding of its entries may leave only a few correct digits of x. With a precise residual each step adds
+    this number of digits, and the result solves the system of the exact product [higham2002].
 
     Args:
         matrix: A, (n, n) symmetric positive definite to rounding.
@@ -336,7 +336,7 @@ def refined_solution(
         start: (n, k) a first guess.
         extent: the length that errors in x are compared with.
         first: (n, k) b - A x of the first guess, if ordinary precision is enough; None: `residual` computes it.
-        solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
+        solve: solves A x = r to a few digits for (n, k) residuals; None to solve by factors.
         progress: called between the steps; may raise to stop.
 
     Raises:
@@ -369,7 +369,7 @@ def refined_solution(
 
 
 def _length(values: Floats) -> float:
-    """The Euclidean norm by NumPy's own sum: `norm` uses a BLAS library whose result and time depend on its threads."""
+    """The Euclidean norm by NumPy's sum: `norm` uses a BLAS library whose result and time depend on the number of threads."""
     return math.sqrt(float(np.square(values).sum()))
 
 
@@ -380,7 +380,7 @@ def laplacian_power(
 
     The diagonal of S is not read: every row is taken to sum to 0 exactly. In ordinary precision each application loses digits in
     the differences between neighbours: at order 3 and 100,000 vertices nearly all 16. Of 32 digits enough are left. Sums and
-    products carry their rounding errors along as a second double [dekker1971].
+    products keep their rounding errors as a second double [dekker1971].
 
     Args:
         matrix: S, (n, n) symmetric; S or -S is semidefinite.
@@ -446,7 +446,7 @@ def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
 
 @compiled(parallel=True)
 def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
-    """Computes out_i = factors_i sum_j S_ij (x_j - x_i); every number is the sum of a high and a low double."""
+    """Computes out_i = factors_i sum_j S_ij (x_j - x_i); x and out are sums of a high and a low double."""
     indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
         x, y, z, p, q, r = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

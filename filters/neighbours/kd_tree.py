@@ -1,6 +1,6 @@
 """Finds the exact nearest neighbours of each point of a cloud by a balanced k-d tree [friedman1977], built on all cores.
 
-The trees of SciPy and pykdtree do not order ties and are slower; docs/solvers.md has the times.
+The trees of SciPy and pykdtree do not order points at the same distance and are slower; docs/solvers.md has the times.
 
 The points of a node are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that
 the tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves,
@@ -19,34 +19,34 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints, Longs, check_points
 
-#: Points of a leaf, compiled into the kernels: 8 and 32 are slower.
+#: Number of points in a leaf, a constant of the kernels: 8 and 32 points are slower.
 LEAF = 16
-#: Leaves of a subtree that one task builds.
+#: The largest number of leaves in a subtree that one task builds.
 _SUBTREE = 4096
 #: Size of a stack for any traversal of a tree of 2^31 points.
 STACK = 64
 #: The column of the index, after the three coordinates; a float64 holds an index exactly.
 _INDEX = 3
-#: A squared distance above any in a tree, and below the infinite distance that keeps a point from being its own neighbour.
+#: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: A bound above every index, with which every tie counts.
+#: A bound above every index: with it, all points at the bound of the distance are candidates.
 ANY_INDEX = 2**62
-#: Number of guesses at a threshold before an exact selection: with ties no guess succeeds.
+#: Number of guesses at a distance before an exact selection: with equal distances all guesses may fail.
 _GUESSES = 6
-#: The approximate share of the time for building the tree.
+#: The approximate share of the whole time that building the tree takes.
 _BUILDING = 0.2
-#: The most neighbours that one task finds: in about a hundredth of a second, and their arrays stay in the cache.
+#: The largest number of neighbours that one task finds. It takes about a hundredth of a second, and its arrays fit the cache.
 _CHUNK = 2**18
 #: Least number of tasks, so that all threads end at about the same time.
 _TASKS = 64
 #: A task finds at least this number of neighbours: half a millisecond of work, a hundred times the cost of starting a task.
 _LEAST = 2**14
-#: Up to k / 8 more than k candidates may stay during the search.
+#: If a point has more than 2 k candidates, only the nearest k to k + k / `_MORE` are kept.
 _MORE = 8
 
 
 class KdTree(NamedTuple):
-    """The points in the order of the tree. A "position" is a place in this order, an "index" one in the caller's order."""
+    """The points in the order of the tree. A "position" is a place in this order, an "index" a place in the caller's order."""
 
     size: int  # the number of points n
     # the power of two that divides the caller's coordinates, so that squared distances neither overflow nor underflow
@@ -66,7 +66,7 @@ def tree_scale(largest: float) -> float:
 def build_tree(points: Floats, progress: Progress, *, scale: float | None = None) -> KdTree:
     """Returns the tree of finite points, at least one. It is the same for any number of threads.
 
-    For a part of a cloud `scale` is the `tree_scale` of the whole.
+    For a part of a cloud `scale` is the `tree_scale` of the whole cloud.
     """
     count = len(points)
     leaves = -(-count // LEAF)
@@ -141,11 +141,11 @@ def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int
 
 @compiled(nogil=True)
 def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
-    """Partitions the rows from `start` to before `stop` so that no row before `middle` has a larger value than one after it."""
+    """Reorders the rows from `start` to before `stop`: a column's values before row `middle` do not exceed those from it on."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)
     while low < high:
-        # The median of three pseudo-random rows: with fixed rows the regular order of a scan leads to quadratic time.
+        # The median of three rows, two of them pseudo-random: with fixed rows the order of a scan may lead to quadratic time.
         seed = seed * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
         size = np.uint64(high - low + 1)
         a = rows[low + np.int64((seed >> np.uint64(43)) % size), column]
@@ -170,14 +170,14 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k nearest candidates, or up to `most`, to the front. Returns their number, and bounds of distance and index."""
+    """Moves the nearest k to `most` candidates to the front. Returns their number, and the new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
     n_low, n_high = 0, count
     if bound == FAR:
         high = _farthest(near, q, count)
-    # Guessing a distance, as if all were evenly spread, and counting is faster than sorting.
+    # Guessing a distance, as if distances were evenly spread, and counting the candidates within it is faster than sorting.
     for _ in range(_GUESSES):
         guess = low + (high - low) * ((0.5 * (k + most) - n_low) / (n_high - n_low))
         n = _count_within(near, q, count, guess)
@@ -185,7 +185,7 @@ def keep_nearest(
             _drop_beyond(near, at, q, count, guess)
             return n, guess, ANY_INDEX
         if n in (n_low, n_high):
-            break  # probably ties
+            break  # probably equal distances
         if n > k:
             high, n_high = guess, n
         else:
@@ -215,7 +215,7 @@ def _count_within(near: Floats, q: int, count: int, limit: float) -> int:
 
 @compiled(nogil=True)
 def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Keeps the candidates within a distance, without a branch."""
+    """Keeps the candidates within a distance, in a loop without branches."""
     front = np.uint64(0)
     for i in range(count):
         distance = near[q, i]
@@ -236,7 +236,7 @@ def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> 
 
 @compiled(nogil=True)
 def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, indices: Ints) -> None:
-    """Partitions the candidates from `low` to before `high` at `middle`: nearer ones come first."""
+    """Partitions the candidates from `low` to before `high` at `middle`: nearer candidates come first."""
     high -= 1
     while low < high:
         pivot = near[q, (low + high) // 2]
@@ -257,7 +257,7 @@ def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, in
 
 @compiled(nogil=True)
 def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[int, int]:
-    """Returns the part that has the `middle` after a split into `low` to j and i to `high`, or an empty part if none has it."""
+    """Returns the range, `low` to j or i to `high`, that has the `middle`; an empty range if neither has it."""
     if middle <= j:
         return low, j
     if middle >= i:
@@ -269,11 +269,11 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     """Finds the k nearest neighbours of each point among all other points.
 
     The search is exact: neighbours are ordered by the squared distance as computed in float64, then by index. Only the point
-    itself is excluded, so that a point at the same place is a neighbour at distance 0.
+    itself is excluded, so that another point at the same place is a neighbour at distance 0.
 
     Args:
         points: (n, 3) finite coordinates, in any unit and of any magnitude.
-        k: the number of neighbours, at least 1 and below n. The time grows with k, for many hundreds with its square.
+        k: the number of neighbours, at least 1 and below n. The time grows with k; for many hundreds of neighbours, with k^2.
         progress: called with the share of the work done.
 
     Returns:
@@ -323,13 +323,13 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the neighbours of the points from position `start` on to the points' rows, sorted by distance, then by index."""
+    """Writes the neighbours of the points from position `start` on to their rows, sorted by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
-        # The place of a neighbour is the number of nearer ones. Counting is vectorised: up to hundreds it is faster than sorting,
-        # in float32 twice as fast as in float64. If rounding to float32 makes two distances equal, `_exact_places` counts again.
+        # The place of a neighbour is the number of nearer neighbours. Counting is vectorised and, for up to hundreds of
+        # neighbours, faster than sorting; float32 doubles its speed. If rounding makes distances equal, `_exact_places` counts.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0
@@ -358,10 +358,10 @@ def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, plac
 
 
 def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple[slice, Floats]:
-    """Writes the k nearest other points of each point in the leaves from `first` to before `last` to its row of `positions`.
+    """Finds the k nearest other points of each point in the leaves from `first` to before `last`; writes them to `positions`.
 
-    The rows of the (n, k) positions are in the order of the tree. The order within a row is fixed, but not by distance. Returns
-    the written rows, and their squared distances in the tree's scale.
+    The rows of the (n, k) positions are in the order of the tree. A row is in a reproducible order, but not sorted by distance.
+    Returns the slice of the written rows, and their squared distances in the tree's scale.
     """
     rows = slice(first * LEAF, min(last * LEAF, tree.size))
     squared: Floats = np.empty((rows.stop - rows.start, positions.shape[1]))
@@ -388,7 +388,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
             box[0, d] = coordinates[leaf, d, :asking].min()
             box[1, d] = coordinates[leaf, d, :asking].max()
         counts[:], bounds[:], ties[:] = 0, FAR, ANY_INDEX
-        bound, tie = FAR, ANY_INDEX  # the largest bound of the points of the leaf, with its tie
+        bound, tie = FAR, ANY_INDEX  # the largest bound on the distance of the points in the leaf, and its bound on the index
         stack[0, 0], stack[0, 1], stack[0, 2], stack_gaps[0] = 1, 0, coordinates.shape[0], 0.0
         top = 1
         while top > 0:
@@ -422,7 +422,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                 count, limit = np.uint64(counts[q]), bounds[q]
                 for i in range(LEAF):
                     near[q, count], at[q, count] = distances[i], a * LEAF + i
-                    count += np.uint64(distances[i] <= limit)  # no branch to predict
+                    count += np.uint64(distances[i] <= limit)  # adds 0 or 1 without a branch
                 counts[q] = count
                 if counts[q] > 2 * k:
                     # A few more than k may stay, since selecting exactly k would take longer.

@@ -75,17 +75,17 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """(n + 1,) offsets of vertices, and ascending keys of the face edges to a higher vertex: (higher vertex) * 2^32 + face."""
+    """(n + 1,) offsets, and for each edge of each face a key (higher vertex) * 2^32 + face, ascending at each lower vertex."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 
 
 def listed_edges(offsets: Longs, keys: Longs, least: int = 1, most: int = _ANY, *, columns: int = 1) -> tuple[Ints, Ints]:
-    """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and, for each, its faces.
+    """(e, 2) the edges with `least` to `most` faces, each once, lower vertex first, rows ascending; and (e, `columns`) integers.
 
-    One column holds the number of faces at each edge, two columns hold its first and last face.
+    One column is the number of faces at each edge, two columns are its first and its last face. For keys see `faces_by_edge`.
     """
-    # Arrays may be too long: the system allocates only the pages that are written.
+    # Arrays that are too long cost no memory: the system allocates only the pages that are written.
     pairs, edge_faces = np.empty((len(keys), 2), dtype=np.int32), np.empty((len(keys), columns), dtype=np.int32)
     count = _list_edges(offsets, keys, least, most, pairs, edge_faces)
     return pairs[:count], edge_faces[:count]
@@ -149,7 +149,7 @@ class OneRings(NamedTuple):
 
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
-    """Returns the one-ring of every vertex, with the number of faces at each edge; each of (e, 2) edges counts as one face."""
+    """Returns the one-ring of every vertex, with the number of faces at each edge; a row of (e, 2) edges counts as one face."""
     if faces_or_edges.shape[1] == 2:
         pairs = np.asarray(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], dtype=np.int32)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs.ravel(), minlength=n_vertices))])
@@ -227,7 +227,7 @@ def _listed_by_vertex(
     """Returns (n + 1,) int64 offsets, and the entries of all vertices in one array.
 
     `count` adds the number of entries of vertex i to ``offsets[i + 2]``; their cumulative sums are the starts ``offsets[i + 1]``.
-    `fill` writes each entry at ``offsets[i + 1]`` and increases this. In the end the entries of vertex i start at ``offsets[i]``.
+    `fill` writes each entry at ``offsets[i + 1]`` and increments this offset, so entries of vertex i end up at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     # Large arrays are allocated by numpy and not in kernels, because numpy requests huge pages, which are twice as fast.

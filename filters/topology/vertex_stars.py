@@ -1,7 +1,7 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
 At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
-order, a kernel that needs both triangles of each edge visits each neighbour once. A pair: the two ends of a face in `ring_ends`.
+order, a kernel that needs both triangles of each edge visits each neighbour once. A "pair" is (a, b) for a face (i, a, b) at i.
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -21,7 +21,7 @@ _U: Any = np.uint64
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Ordering the triangles round a vertex may take quadratic time: a star with more triangles than this counts as irregular.
 _LARGEST_WALK = 64
-# Vertices in a block; a block shares one hash table.
+# Number of vertices in a block. The vertices of a block share one hash table.
 _BLOCK = 1024
 _SLOT_BITS = 10
 #: The size of the hash table in which kernels look up vertices, see `slot_of`.
@@ -35,8 +35,8 @@ _NOTHING = _U(2**64 - 1)
 class Stars(NamedTuple):
     """The neighbours of each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A closed star starts at the lowest neighbour and goes on to the lower of the two next to it. An open star goes from border to
-    border, starting at the lower end. An irregular star (non-manifold edges, several fans, more than 64 triangles) is ascending.
+    A closed star starts at the lowest neighbour and goes on to the lower of the two vertices next to it. An open star goes from
+    the lower to the higher border vertex. An irregular star (non-manifold edges, several fans, over 64 triangles) is ascending.
     Lower means the lower vertex name, see `stars`; the order and the orientation of the faces do not matter.
     """
 
@@ -68,7 +68,7 @@ class Stars(NamedTuple):
 
 
 def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
-    """Returns the star of every vertex; it is empty at vertices that no face uses.
+    """Returns the star of every vertex; the star of a vertex that no face uses is empty.
 
     The (n,) int32 `names`, all different, decide the first vertex and the direction of each star; None takes the vertex indices.
     A mesh with renumbered vertices and the same names has the same stars.
@@ -101,7 +101,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
 
 @compiled(parallel=True)
 def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> None:
-    """Copies each closed star from `walks` to `ends`, to the start of its pairs."""
+    """Copies each closed star from `walks` to the place in `ends` where its pairs start."""
     for i in prange(kinds.shape[0]):
         if kinds[i] == CLOSED:
             start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
@@ -170,14 +170,14 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds,
 
 @compiled
 def slot_of(vertex: int) -> int:
-    """The hash of a vertex, from 0 to `SLOTS` - 1; it spreads the neighbours of a vertex for any numbering."""
+    """The hash of a vertex, from 0 to `SLOTS` - 1; neighbours of a vertex mostly have different hashes, for any numbering."""
     slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
     return slot
 
 
 @compiled
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
-    """Writes the pairs from `start` to `stop` to `walks` as a walk ab, bc, cd ... za once round; False if it finds no such walk.
+    """Joins the pairs of a star to a walk ab, bc, cd ... za once round, and writes it to `walks`; False if it finds no such walk.
 
     `table` is a hash table, so the walk needs no search: an entry has the vertex, the place of its pair, the tag of this star and
     the slot of the next vertex. The walk fails if triangles are oriented differently or two vertices share a slot.
@@ -215,7 +215,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
 
 @compiled
 def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
-    """Writes the pairs ab, bc, cd ... za from `start` on to `walks`, in the order of a closed star (`Stars`)."""
+    """Writes the walk ab, bc, cd ... za of `size` pairs from `start` on to `walks`, in the order of a closed star (`Stars`)."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
     for m in range(size):

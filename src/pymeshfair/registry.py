@@ -16,7 +16,7 @@ from .declaration import Filter
 from .errors import UnknownNameError, nearest
 from .meshlab.facts import meshlab_filters
 
-#: The entry-point group for plugins; each value names a module, whose `Filter` objects are registered.
+#: The entry-point group for plugins; each value names a `Filter`, or a module whose `Filter` objects are registered.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"
 
 
@@ -41,7 +41,7 @@ class _Registry:
 
 
 def custom_filters() -> tuple[Filter, ...]:
-    """The filters of all plugins, ours first, in the order of their Python names."""
+    """The filters of all plugins, pymeshfair's first, in the order of their Python names."""
     return _load().custom
 
 
@@ -98,7 +98,7 @@ def _load() -> _Registry:
             continue
         if not filters:
             broken.append(BrokenPlugin(package, text, "declares no filter"))
-        for declared in {id(f): f for f in filters}.values():  # each once, even if its module gives it several names
+        for declared in {id(f): f for f in filters}.values():  # each filter once, even if its module gives it several names
             if declared.function is not None and any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
             if reason := _why_unusable(declared, by_any_name):
@@ -119,7 +119,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         try:
             if ENTRY_POINT_GROUP not in (distribution.read_text("entry_points.txt") or ""):
                 continue
-            with suppress(FileNotFoundError):  # raised by importlib_metadata, which other packages import in its place
+            with suppress(FileNotFoundError):  # raised by importlib_metadata, if another package has imported it
                 metadata = distribution.metadata
                 place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
             if place not in by_name:  # else the same package occurs earlier on sys.path

@@ -48,7 +48,7 @@ def test_a_wrong_filter_leads_to_the_right_one_or_to_none(name: str, suggestion:
         (DECIMATION, "PlanarSimp", None, "it has TargetFaceNum"),
         (DECIMATION, "targetfacenum", "TargetFaceNum", "it has"),
         (DECIMATION, "BondaryWeight", "BoundaryWeight", "it has"),
-        ("Select Crease Edges", "AngleDeg", None, "AngleDegNeg and AngleDegPos says that now"),
+        ("Select Crease Edges", "AngleDeg", None, "it is replaced by AngleDegNeg and AngleDegPos now"),
         ("Transform: Rotate", "ToAll", "allLayers", "called 'allLayers' now"),
         ("Convex Hull", "reorient", None, "MeshLab has dropped it"),
         ("Surface Reconstruction: Screened Poisson", "SamplesPerNode", "samplesPerNode", "called 'samplesPerNode' now"),

@@ -96,7 +96,7 @@ def run(
 
 
 def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
-    """The report of a run, staged to be placed together with the output."""
+    """The report of a run as a staged file, which is moved to its place together with the output."""
     from json import loads
 
     from ..files.writing import check_target, stage_file
@@ -208,7 +208,7 @@ def verify(
 ) -> None:
     """Repeat the run that made a file, from its provenance, and compare the results.
 
-    The recipe in the provenance is compared with the one that pymeshfair ships, or with the recipe's file. --allow-outside and
+    The recipe in the provenance is compared with the recipe that pymeshfair ships, or with the recipe's file. --allow-outside and
     --unchecked must be given again if the run had them.
 
     Exit codes: 0: the same bytes (or, for random filters without a seed, equal counts of elements and small distances); 1: other

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. Recipes are then judged
-#: as on a scan without noise, by how little they move vertices
+#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. For less noise, recipes
+#: are judged as for a scan without noise, by how little they move vertices
 _MESHING = 0.018
-#: the most tried settings that are shown
+#: the largest number of settings that are shown
 _SHOWN = 6
-#: names of the smoothers that are compared, and the text of their amounts
+#: the smoothers that are compared: the name that is shown, and the text of the amount
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
     "normal_filtering": ("normal filtering as above", ""),
@@ -54,8 +54,8 @@ def suggest(
     The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
     of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
     filter sees, shows whether there is noise, and which settings remove it best. With -o, the settings with the least error
-    become a recipe. It does on this scan what denoise does, can be changed, and can be used for similar scans. Low-pass smoothers
-    are compared in the same way, each with its best amount for the scan.
+    become a recipe. It does on this scan what the recipe denoise does, can be changed, and can be used for similar scans.
+    Low-pass smoothers are compared in the same way, each with its best amount for the scan.
     """
     from ..errors import PymeshfairError
     from ..running.read import read_mesh
@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise from the tried settings, as the measured trait is near 0 for impulses."""
+    """The traits, with the kind and amount of noise from the tried settings: the measured trait is near 0 for impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -110,7 +110,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     mesh: MeshData, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """Trials of the smoothing recipes that fit."""
+    """Trials of the smoothing recipes that fit the scan, by name."""
     from dataclasses import replace
 
     from ..recipe import load_recipe
@@ -135,7 +135,7 @@ def _trials(
     if not is_correlated:
         return results
     # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. `FILTER` judges its
-    # settings in another way: recipes with this filter get the error of its best setting, others at least that of the scan.
+    # settings in another way: recipes with it get the error of its best setting, others at least the unfiltered error.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
     unfiltered = max(errors[0], traits["noise"])
@@ -191,7 +191,7 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
         return []
     best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
     criterion = "by their effect on the noise" if values["shape"] == "correlated" else "on held-out vertices"
-    lines = [f"{len(tried)} settings, not ruled out early, were compared {criterion}; the errors in mean edges are:"]
+    lines = [f"{len(tried)} settings that were not ruled out early were compared {criterion}; the errors in mean edges are:"]
     for trial in best if tried[0] in best else [*best, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]

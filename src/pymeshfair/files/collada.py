@@ -23,7 +23,7 @@ _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lin
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: the parameters that are read, a letter for each, by the semantic of an input
+#: by the semantic of an input, the parameters that are read; the name of each is one letter
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
@@ -101,7 +101,7 @@ class _Reader:
                 elif part.tag == "instance_controller":
                     skin = self._target(part, "url", "controller").find("skin")
                     if skin is None:
-                        raise ContentsError("a controller of it has no skin, which is not known here; save it without")
+                        raise ContentsError("its controller has no skin, which is not known here; save it without controllers")
                     text = skin.findtext("bind_shape_matrix")
                     bound = numbers(text, "a bind_shape_matrix", 16).reshape(4, 4) if text else np.eye(4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
@@ -109,7 +109,7 @@ class _Reader:
     def _place(self, geometry: Element, instance: Element, matrix: Floats) -> None:
         mesh = geometry.find("mesh")
         if mesh is None:
-            return  # a spline, or another kind of _LOST
+            return  # a spline, or another element of `_LOST`
         bound = {m.get("symbol", ""): m for m in instance.iter("instance_material")}
         symbols = {p.get("material", "") for p in mesh if p.tag in _PRIMITIVES}
         looks = {symbol: self._look(bound[symbol]) for symbol in sorted(symbols) if symbol in bound}
@@ -187,7 +187,7 @@ class _Reader:
         if len(places) < least or max(places) >= stride:
             raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
-            raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
+            raise ContentsError(f"an accessor of it takes {count:,} x {stride:,} of {len(values):,} numbers")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
         self._sources[key] = values[rows]
         return self._sources[key]

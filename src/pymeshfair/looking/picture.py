@@ -1,6 +1,6 @@
 """Draws several meshes side by side, with titles, a scale bar, and a colour bar for a measure.
 
-One camera with a parallel projection draws all of them, so that lengths can be measured in the picture.
+One camera with a parallel projection draws all meshes, so that lengths can be measured in the picture.
 """
 
 import math
@@ -35,7 +35,7 @@ from .shading import Camera, Scene, render, rotated, texture_of
 
 # ------------------------------------------------------------------------------------------------ colours of measures
 
-#: the colour within a tolerance; the position on the colour map, from 0 (middle) to 1 (end), where colours beyond it begin
+#: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) where larger numbers begin
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
@@ -52,7 +52,7 @@ class Coloring:
     """A measure that is drawn as colours."""
 
     label: str  # the text at the colour bar
-    #: computes the numbers from a mesh and the reference mesh; None if the mesh has none
+    #: computes the numbers from a mesh and the reference mesh; None if the mesh has no such numbers
     of: Callable[[MeshData, MeshData], Numbers | None]
     diverging: bool  # whether 0 has the middle colour of the bar
     limits: Limits | None = None  # the ends of the colour bar, or None to compute them from the numbers
@@ -186,8 +186,8 @@ def view_angles(text: str) -> tuple[float, float]:
 def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
     """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
 
-    The eye moves `azimuth` degrees to the right around that axis, and `elevation` degrees up. With both 0 it looks along -z if y
-    is up, and along +y if z is up.
+    The eye moves `azimuth` degrees to the right around that axis, and `elevation` degrees up. If both angles are 0, it looks
+    along -z if y is up, and along +y if z is up.
     """
     a, e = math.radians(azimuth), math.radians(elevation)
     eye = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
@@ -201,7 +201,7 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
-    """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is its width over its height."""
+    """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is width / height of the window."""
     # Relative to one of the points, since large coordinates lose digits in the rotation.
     origin = next(points[0] for points in clouds if len(points))
     ends = [bounding_box(rotated(points - origin, rows)) for points in clouds if len(points)]
@@ -225,16 +225,16 @@ class Appearance:
     azimuth: float = 0.0  # see `view_rows`
     elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
-    centre: tuple[float, float, float] | None = None  # (x, y, z) of a close-up; None to show all
+    centre: tuple[float, float, float] | None = None  # the centre (x, y, z) of a close-up; None to show all
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
-    width: int = 640  # of a panel, in pixels
-    height: int = 640  # of a panel, in pixels
+    width: int = 640  # the width of a panel, in pixels
+    height: int = 640  # the height of a panel, in pixels
     stripes: float = 8.0  # number of reflection lines over all directions
     titles: bool = True  # whether every panel has a title
-    label: str = ""  # the text at the colour bar; empty for that of the coloring
-    columns: int = 4  # the most panels in a row
+    label: str = ""  # the text at the colour bar; empty for the label of the coloring
+    columns: int = 4  # the largest number of panels in a row
     limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
-    tolerance: float = 0.0  # distances within it have one colour; 0 for none
+    tolerance: float = 0.0  # distances within the tolerance have one colour; 0 for no tolerance
     unit: str = ""  # the unit of the scan, or empty
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
@@ -322,7 +322,7 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
 INK = (40, 44, 52)
 #: heights in pixels of the strips for titles and for the colour bar
 TITLE_STRIP, BAR_STRIP = 34, 58
-#: sizes of fonts in pixels: of titles, of other texts, and the smallest, below which texts are shortened
+#: sizes of fonts in pixels: of titles, of other texts, and the smallest; a text that is too long for the smallest is shortened
 _TITLE_SIZE, _SMALL = 17, 14
 _SMALLEST = 10
 
@@ -349,7 +349,7 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 def draw_color_bar(
     picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
 ) -> None:
-    """Draws a colour bar over half of the width, with the numbers at its ends and its label."""
+    """Draws a colour bar half as wide as the picture, with the numbers at its ends and its label."""
     width = picture.width // 2
     left = (picture.width - width) // 2
     low, high = limits
@@ -377,7 +377,7 @@ def number(value: float) -> str:
 
 
 def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
-    """Returns a font in which the text is at most `width` wide, and the text, without its middle if it is still too long."""
+    """Returns a font in which the text is at most `width` wide, and the text, without its middle if no font is small enough."""
     for pixels in range(size, _SMALLEST - 1, -1):
         font = ImageFont.load_default(pixels)
         if draw.textlength(text, font) <= width:

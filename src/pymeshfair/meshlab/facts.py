@@ -1,6 +1,6 @@
-"""Facts about MeshLab's filters: today's in ``filters.json``, those of older versions in ``former_filters.json``.
+"""Facts about MeshLab's filters: ``filters.json`` describes today's filters, ``former_filters.json`` those of older versions.
 
-``tools/meshlab_table.py`` generates the first: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
+``tools/meshlab_table.py`` generates ``filters.json``: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement,
 def meshlab_filters() -> tuple[Filter, ...]:
     """Returns MeshLab's filters. Defaults and bounds are None if MeshLab computes them from the mesh.
 
-    Bounds of whole numbers are ours: MeshLab has none, and hangs or crashes on a negative count.
+    Bounds of whole numbers are set here: MeshLab has none, and hangs or crashes on a negative count.
     """
     return tuple(_filter(*row) for row in table("filters")["filters"])
 
@@ -38,7 +38,7 @@ def differences_from_installed() -> list[str]:
 
     meshes = pymeshlab.MeshSet()
     meshes.create_cube()
-    meshes.compute_scalar_by_function_per_face(q="0")  # three filters list no parameters without it
+    meshes.compute_scalar_by_function_per_face(q="0")  # without scalars three filters list no parameters
     installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
     expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
     differences = differing_names(installed, expected)
@@ -50,14 +50,14 @@ def differences_from_installed() -> list[str]:
 
 
 def differing_names(installed: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
-    """Returns a sentence for each filter name, a key, that only one of the mappings has."""
+    """Returns a sentence for each filter name that is a key of only one of the mappings."""
     differences = [f"filter {name!r} is not in the table" for name in sorted(installed.keys() - expected.keys())]
     return differences + [f"filter {name!r} is not installed" for name in sorted(expected.keys() - installed.keys())]
 
 
 @functools.cache
 def table(name: str) -> dict[str, Any]:
-    """Reads the JSON file of that name in this folder."""
+    """Reads the JSON file with this name in the folder of this module."""
     facts: dict[str, Any] = json.loads(importlib.resources.files(__package__).joinpath(f"{name}.json").read_text("utf-8"))
     return facts
 
@@ -95,16 +95,16 @@ class Former:
     """Today's form of an old filter, or of the old parameters of a filter that kept its name. Values are texts, as in scripts."""
 
     now: str | None  # MeshLab's name of the filter today; None if it is gone or became several filters
-    #: for a filter that became several: by parameter and its value, the name of the filter today; an absent value counts as 0
+    #: for a filter that became several filters: by parameter and its value, the filter's name today; an absent value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    idle: bool = False  # it never changed a mesh, so its steps can be left out
-    invented: bool = False  # the name was never MeshLab's; `now` is what such scripts mean
+    idle: bool = False  # the old filter never changed a mesh, so its steps can be left out
+    invented: bool = False  # the name was never MeshLab's; `now` is the filter that scripts with this name mean
     sets: Mapping[str, str] = field(default_factory=dict)  # values by parameter, for parameters that the script does not give
     renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by old name
-    #: by old parameter and value (``*`` for any), the equivalent values today; in these ``*`` stands for the old value and
-    #: ``-*`` for its negative
+    #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters; there ``*`` stands for the
+    #: old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: removed parameters, with the old value that equals what MeshLab does today; None if every value does
+    #: removed parameters, with the old value for which MeshLab does the same today; None if it does so for every value
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, with what changes
     loses: Mapping[str, str] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class Former:
     note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
 
     def today(self, values: Mapping[str, str]) -> str | None:
-        """Returns MeshLab's name today of a filter with these values of old parameters; None if it is gone."""
+        """Returns the filter's name in MeshLab today, which may depend on the values of old parameters; None if it is gone."""
         for parameter, names in self.splits.items():
             return names.get(values.get(parameter, "0").strip())
         return self.now
@@ -131,7 +131,7 @@ class Former:
 
 
 def former_filter(old: str) -> Former | None:
-    """Returns today's form of an old filter name, ignoring capitals and blanks; None if it is not in the table."""
+    """Returns today's form of the filter with an old name, ignoring case and extra blanks; None if it is not in the table."""
     return former_filters().get(old) or _by_plain_name().get(_plain(old))
 
 
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps old names in plain form to their entries; leaves out a name whose plain form is that of today's name."""
+    """Maps old names in plain form (see `_plain`) to entries; leaves out a name with the same plain form as today's name."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

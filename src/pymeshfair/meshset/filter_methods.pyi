@@ -481,17 +481,18 @@ class FilterMethods(metaclass=LateMethods):
         Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
 
         Args:
-            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
-                all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
-                weights all neighbours equally, 'l1' favours the nearest.
+            range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
+                'l2' not at all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges. Takes
                 a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
                 'auto'.
-            iterations: The number of steps. More are smoother, slower, and shrink more. Takes a whole number from 0 to 10000.
+            iterations: The number of steps. More steps smooth more, take longer, and shrink more. Takes a whole number from 0
+                to 10000.
             border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
                 on the border; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -526,10 +527,10 @@ class FilterMethods(metaclass=LateMethods):
         meshes and loose triangles are filtered too; curved surfaces shrink less than by the filter along normals.
 
         Args:
-            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
-                all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
-                weights all neighbours equally, 'l1' favours the nearest.
+            range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
+                'l2' not at all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -570,22 +571,22 @@ class FilterMethods(metaclass=LateMethods):
         heights.
 
         Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns
-        the choice and the trials, with errors in spacings; a cloud without noise stays as it is.
+        the choice and the trials, with errors in mean distances between points; a cloud without noise stays as it is.
 
         Args:
-            neighbors: The number of nearest points that count. More are smoother, slower, and round off edges. Takes a whole
-                number of at least 3.
-            range_kernel: How weight falls with the difference of a neighbour. 'huber' and 'l1' keep features less, 'l2' not at
-                all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the paper's, 'l2'
-                weights all neighbours equally, 'l1' favours the nearest.
+            neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges. Takes
+                a whole number of at least 3.
+            range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
+                'l2' not at all; the others keep them.
+            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
+                'l2' weights all neighbours equally, 'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more.
                 'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            iterations: The number of steps. More are smoother, slower, and shrink more. 'auto' takes the iterations,
+            iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
                 neighbours, degree and, if automatic, range sigma with the least prediction error at held-out points. Takes a
                 whole number from 0 to 10000, or 'auto'.
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
@@ -1083,14 +1084,14 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
         Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-        parameters apply to all settings. Returns the parameters in use, the findings, the trials, the mean displacement in mean
-        edges as drift, and how many faces look away from the faces around them, before and after.
+        parameters apply to all settings. Returns the parameters in use, the findings, the trials, the drift (the mean
+        displacement in mean edges), and how many faces look away from the faces around them, before and after.
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation
-                on averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges.
-                'vertex_normals' is bilateral on the normals of vertices.
+                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
+                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges. 'vertex_normals'
+                is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1104,32 +1105,31 @@ class FilterMethods(metaclass=LateMethods):
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
                 mean distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not
-                jump across a thin wall. Larger smooths larger details and is slower.
-            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
-                number from 1 to 10000, or 'auto'.
-            vertex_iterations: The number of steps of the vertices towards the filtered normals. More follow more closely. Takes
+                jump across a thin wall. A larger neighbourhood smooths larger details and is slower.
+            normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
                 a whole number from 1 to 10000, or 'auto'.
-            outer_iterations: How often both steps are repeated, with the normals of the moved faces; more are smoother. 20 to
-                30 rounds of one normal iteration keep edges better than one round of 20. 0: only outliers and relaxation. Takes
-                a whole number from 0 to 10000, or 'auto'.
+            vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more
+                closely. Takes a whole number from 1 to 10000, or 'auto'.
+            outer_iterations: The number of rounds of filtering normals and moving vertices; more rounds smooth more. 20 to 30
+                rounds of one normal iteration keep edges better than one round of 20 iterations. 0: only outliers and
+                relaxation. Takes a whole number from 0 to 10000, or 'auto'.
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
-                first predicts their places from the others, 'only' moves nothing else. 'auto': 'keep' if all other values are
-                given.
+                first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other values are given.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
                 noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values
                 are given.
-            relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More reduce noise that turns
-                faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given. Takes
-                a whole number from 0 to 10000, or 'auto'.
-            relaxation_direction: The direction of these steps: 'all', or only along the 'normal', so that no vertex slides.
+            relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that
+                turns faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
+                Takes a whole number from 0 to 10000, or 'auto'.
+            relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
             compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount:
-                Taubin, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only if all parameters are
-                automatic.
+                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter
+                is given.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -1585,9 +1585,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' and 'guided' measure the deviation
-                on averaged normals, for strong noise, or on the normals of the most even patches, for sharp edges.
-                'vertex_normals' is bilateral on the normals of vertices.
+                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
+                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges. 'vertex_normals'
+                is bilateral on the normals of vertices.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1601,13 +1601,14 @@ class FilterMethods(metaclass=LateMethods):
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
                 mean distance of centres. The distance is straight ('radius') or along the surface ('geodesic'), which does not
-                jump across a thin wall. Larger smooths larger details and is slower.
-            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
-                number from 1 to 10000, or 'auto'.
+                jump across a thin wall. A larger neighbourhood smooths larger details and is slower.
+            normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
+                a whole number from 1 to 10000, or 'auto'.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
-            selected: Only the selected faces get a new normal; the others keep theirs, and still count as neighbours.
+            selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as
+                neighbours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5810,12 +5811,12 @@ class FilterMethods(metaclass=LateMethods):
         selected: bool = False,
         mark: Literal["none", "scalar", "color"] = "none",
     ) -> dict[str, Any] | None:
-        """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
+        """Closes holes with triangles that are as dense as those around, and continue the surface smoothly across the rim.
 
         Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue
         colours and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the
-        number of closed holes and the edges of each rim, the numbers of new vertices and faces, the number of holes with a
-        lower energy, and the number of open rims with reasons and edges; notes name the largest rims.
+        numbers of closed holes, new vertices, new faces, holes with joined islands and holes with a lower energy, the number of
+        open rims by reason, and the number of edges of each closed and each open rim; notes name the largest rims.
 
         Args:
             max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges
@@ -5823,13 +5824,13 @@ class FilterMethods(metaclass=LateMethods):
                 disc; and, unless selected, rims that span more than a third of the area of their sheet. Takes a whole number
                 from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
-                'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, and follows
-                noise at the rim; 'none' leaves them flat. Degenerate triangles at a rim may need a lower energy, one named
-                earlier; a note says so.
-            refine: Split the new faces until they are as dense as those around. Otherwise there are no new vertices, and
-                nothing is faired.
-            rounds: How often the new faces are refined and faired. More let a filling bulge further if the surface around
-                bulges. Takes a whole number from 1 to 100.
+                'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
+                follows noise there; 'none' leaves them flat. Degenerate triangles may need a lower energy (named earlier or
+                'none'); a note says so.
+            refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices,
+                and nothing is faired.
+            rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges
+                there. Takes a whole number from 1 to 100.
             islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole
                 open if that fails; 'leave' fills the hole as if they were not there.
             selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.

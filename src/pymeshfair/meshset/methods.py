@@ -1,4 +1,4 @@
-"""Finds, lists and prints filters by functions with the names of pymeshlab's, and makes documented methods for `MeshSet`."""
+"""Finds, lists and prints filters by functions with the same names as in pymeshlab; makes documented methods for `MeshSet`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
 
-#: by parameter type, the types that a method takes; the function of a filter takes fewer
+#: by parameter type, the types that a method takes; the function of a filter takes fewer types
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
 #: the documentation of MeshLab's filters
@@ -107,7 +107,7 @@ def _signature(declared: Filter) -> inspect.Signature:
         inspect.Parameter(
             p.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=... if p.default is None else shown_default(p),  # ... if MeshLab computes it for the mesh
+            default=... if p.default is None else shown_default(p),  # ... if MeshLab computes the default from the mesh
             annotation=_annotation(p),
         )
         for p in declared.parameters

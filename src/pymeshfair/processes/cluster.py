@@ -45,7 +45,7 @@ class Scheduler:
     file: Path | None = None  # the file to which ``dask scheduler --scheduler-file`` writes its address
     ca_file: Path | None = None  # certificates of the authorities that the client trusts
     certificate: Path | None = None  # the certificate of this client
-    key: Path | None = None  # its private key
+    key: Path | None = None  # the private key of this client
 
     def place(self) -> str:
         """Returns the address."""
@@ -75,7 +75,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
-    # Our messages report errors, so the loggers of dask are silenced one by one: some have a level of their own.
+    # `ClusterError` reports errors, so the loggers of dask are silenced one by one: some loggers have a level of their own.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -98,9 +98,9 @@ class Conditions:
     packages: Mapping[str, str | None]  # the version of each package
     probe: Path  # a file in the folder of outputs
     token: str  # the content of that file
-    inputs: Mapping[Path, int | None]  # the sizes of some inputs in bytes
-    recipe: bytes  # pickled
-    digest: str  # of the recipe
+    inputs: Mapping[Path, int | None]  # the sizes of some inputs in bytes; None if a size is not known
+    recipe: bytes  # the pickled recipe
+    digest: str  # the checksum of the recipe
 
     def unfit(self) -> list[str]:
         """Returns the reasons why this process cannot be a worker; empty if it can."""

@@ -1,4 +1,4 @@
-"""Worker processes as their parent handles them: starts them, as new interpreters or forks, sends orders, and pools them."""
+"""Worker processes on the side of their parent: starts them as new interpreters or as forks, sends orders, and pools them."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from .environment import TRIM_THRESHOLD, program_of, worker_environment
 from .worker import END_OF_TALK, Answer, Order, serve
 
 #: the items from a process: ``("event", value)`` that a task reports; ``("talk", line)``, a line on its stderr; at the end of a
-#: task ``("answer", Answer)``, and ``("silent", None)`` after its last line on stderr; ``("end", None)`` for each of the two
-#: streams when it is closed
+#: task ``("answer", Answer)``, and ``("silent", None)`` after its last line on stderr; ``("end", None)`` when its stdout is
+#: closed, and when its stderr is closed
 Items: TypeAlias = SimpleQueue[tuple[str, Any]]
 
-#: the most bytes of a line on stderr
+#: the greatest length of a line on stderr, in bytes
 _LINE_LIMIT = 4096
 #: seconds to wait for a killed process; it takes longer only if a disk does not answer
 _PATIENCE = 5.0
@@ -56,7 +56,7 @@ class Process:
     def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
         """Starts the process: a fork of this process, or a new interpreter, which imports `modules` before the first order.
 
-        `threads` is the number that a filter may use, see `worker_environment`.
+        `threads` is the number of threads that a filter may use, see `worker_environment`.
         """
         self._system = this_system()
         # In its own session Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
@@ -146,7 +146,7 @@ class Process:
         for reader in self._readers:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            with suppress(OSError):  # it has not read its last order
+            with suppress(OSError):  # the process has not read its last order
                 stream.close()
 
     def _read_reports(self, stream: IO[bytes]) -> None:
@@ -229,7 +229,7 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
 
 
 class Pool:
-    """Lends at most `most` processes, each started when it is needed; a context manager that ends all.
+    """Lends at most `most` processes, each started when it is needed; a context manager that ends all processes at its exit.
 
     Several threads may use it. A process that ended, or was returned in the middle of an order, is not lent again.
     """
@@ -274,7 +274,7 @@ class Pool:
             raise RunError("the workers are ended")
 
     def prepare(self) -> None:
-        """Starts all processes at once: as forks of this one, with the modules loaded, where a fork is safe."""
+        """Starts all processes at once: as forks of this process, with the modules loaded, where a fork is safe."""
         if can_fork():
             for name in self._modules:
                 importlib.import_module(name)

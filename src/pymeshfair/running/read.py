@@ -21,13 +21,13 @@ from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
 from .supervise import run_job
 
-#: the number of vertices from which MeshLab's search for self-intersections takes as long as the rest of a report
+#: with this number of vertices MeshLab's search for self-intersections takes as long as the rest of a report
 MOST_CUTS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
-    """A mesh file that was read."""
+    """A mesh that was read from a file."""
 
     path: Path
     mesh: MeshData
@@ -50,8 +50,8 @@ def read_mesh(
 ) -> ReadMesh:
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
-    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None means
-    in meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
+    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None
+    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
 
     Raises:
         InputError: the file cannot be read.

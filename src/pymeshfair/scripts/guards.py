@@ -1,4 +1,4 @@
-"""The conditions of a recipe for scans, and the limits on its result. Commands may set limits, too.
+"""The conditions under which a recipe fits a scan, and the limits on its result. Commands may set limits, too.
 
 The ``Fits:`` paragraph of a recipe's head lists conditions, as in ``Fits: mesh, noise 0.1 to 0.4 edges, sharp``. Each is a word,
 or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before a word negates it.
@@ -15,7 +15,7 @@ from typing import Any
 from ..declaration import Length
 from ..errors import ParameterError, hint, nearest
 
-SHARP = 0.68  # a surface is sharp if this share of its bending is at sharp edges: machine parts have 0.7, figures up to 0.66
+SHARP = 0.68  # a surface is sharp if at least this share of bending is at sharp edges: machine parts have 0.7, figures up to 0.66
 ONE_SIDED = 0.4  # a surface is a range map, seen from one side, if its trait `facing` is at least this: half a ball has 0.5
 
 #: by word: the trait, its lower and upper bound, and the texts for a scan within the bounds and outside
@@ -31,7 +31,7 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
     "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
 }
-#: the quantities that are counts, and those that need an article in a sentence
+#: the quantities that are counts, and the quantities that need an article in a sentence
 COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
 #: by quantity, which is the name of a trait: the unit after the number, if any
 QUANTITIES: Mapping[str, str] = {"noise": "edges", "longest edge": "edges", **dict.fromkeys(COUNTS, ""), "triangle quality": ""}
@@ -44,7 +44,7 @@ _BOUNDS = re.compile(
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition of a recipe for scans."""
+    """One condition under which a recipe fits a scan."""
 
     text: str  # as the recipe writes it
     trait: str  # the name of the trait
@@ -113,10 +113,10 @@ _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
 class Guards:
     """The limits of a run; a limit that is not set is None or empty."""
 
-    max_displacement: Length | None = None  # the largest displacement of a vertex that the input and the result have
+    max_displacement: Length | None = None  # the largest displacement of a vertex that is in both the input and the result
     max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
     require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
-    keep_sharp: float | None = None  # the least percent of the sharp edges' length that the result keeps sharp
+    keep_sharp: float | None = None  # the least share of the length of sharp edges that must stay sharp, in percent
 
     def __bool__(self) -> bool:
         """Whether any limit is set."""
@@ -124,7 +124,7 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, str]) -> Guards:
-        """The limits in texts, by field name; raise `ParameterError` for an unknown name or a wrong text."""
+        """Parses limits from texts by field name; raises `ParameterError` for an unknown name or a wrong text."""
         for name in texts.keys() - ATTRIBUTES.keys():
             raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
@@ -141,7 +141,7 @@ class Guards:
         return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
-        """These limits, except that those set in `others` replace them."""
+        """These limits; limits that are set in `others` replace them."""
         return replace(self, **others._limits)
 
     @property

@@ -1,7 +1,7 @@
 """Reads .mlx scripts, and lists all problems of a script before any mesh is opened.
 
 Unknown elements, names, types and values, which MeshLab ignores, are problems; comments and unknown attributes are not. A hostile
-file costs little: entities and document type subsets are refused where they begin, and size, depth and steps have limits.
+file costs little: entities and document type subsets are refused where they begin; size, depth and number of steps have limits.
 """
 
 import codecs
@@ -25,13 +25,13 @@ from .guards import NO_GUARDS, Guards
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
 from .values import Complaint, parse_value, read_value
 
-MOST_PROBLEMS = 100  # the most that are listed; more problems usually have one cause
+MOST_PROBLEMS = 100  # the largest number of problems that are listed; more problems usually have one cause
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-MOST_ATTRIBUTES = 100  # of one element
-LONGEST_NAME = 1000  # characters of a name of a filter, a parameter or a type
-SLIP = 0.87  # the similarity of a misspelt name; ``Delete Selection`` and ``Dilate Selection`` are less similar
+MOST_ATTRIBUTES = 100  # the largest number of attributes of one element
+LONGEST_NAME = 1000  # the length of the longest name of a filter, a parameter or a type, in characters
+SLIP = 0.87  # the least similarity of a misspelt and a suggested name; ``Delete Selection`` and ``Dilate Selection`` have less
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: a document type that is written twice, as by some old programs
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
@@ -259,7 +259,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step of an element, None if it has none, and its problems; `complain` makes a problem with its filter."""
+    """The step of an element, or None if no step can be made, and the problems; `complain` makes a problem of the element."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
@@ -327,7 +327,7 @@ def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
         return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
     if name in former.turns:
         values = " and ".join(sorted({new for case in former.turns[name].values() for new in case}))
-        return f"{values} says that now; `pymeshfair upgrade` rewrites it", None
+        return f"it is replaced by {values} now; `pymeshfair upgrade` rewrites it", None
     if name in {*former.drops, *former.loses}:
         return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
     return "", None

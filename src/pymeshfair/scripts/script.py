@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the result differs from that of the old script, in the old MeshLab or today's; empty if it does not
+    meaning: str = ""  # how the result differs from that of the old script in the old MeshLab or in today's; empty if it is equal
 
     @property
     def same_meaning(self) -> bool:
@@ -81,7 +81,7 @@ def shortened(text: str) -> str:
 
 
 def checked_name(name: str, of_what: str) -> str:
-    """The name of a setting or the tag of a step, if it has only letters, digits and underscores, and no digit first."""
+    """Returns a setting's name or a step's tag; it must consist of letters, digits and underscores, with no digit first."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
         raise ParameterError(f"the {of_what} {shortened(name)!r} must consist of letters, digits and underscores")
     return name
@@ -164,15 +164,15 @@ class Script:
     path: Path | None = field(default=None, compare=False)  # the file of the script
     guards: Guards = NO_GUARDS  # the limits on the result
     settings: tuple[Setting, ...] = ()  # the named values that steps share
-    unit: str = ""  # the unit of the scans that it is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
+    unit: str = ""  # the unit of the scans it is meant for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
-        """A problem with a step, or with one of its parameters, by its name in scripts."""
+        """A problem with a step, or with its parameter that has this name in scripts."""
         file = "script" if self.path is None else str(self.path)
         return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
-        """The script with these steps in place of its own; settings that no step uses are left out."""
+        """The script with these steps in place of its present steps; settings that no step uses are left out."""
         chosen = tuple(steps)
         used = {name for step in chosen for name in step.settings.values()}
         return replace(self, steps=chosen, settings=tuple(s for s in self.settings if s.name in used))

@@ -1,4 +1,4 @@
-"""Runs recipes on the scan of the tuning page, or on a part of a large scan, and compares the results with it.
+"""Runs recipes on the scan of the tuning page, or on a part of a large scan, and compares the results with the scan.
 
 A `Workshop` keeps a process with a `Bench`, so that libraries, the scan and the results of earlier steps stay loaded when a
 parameter changes.
@@ -35,11 +35,11 @@ from ..running.session import RunCache, Session
 from ..running.supervise import MODULES, parse_talk
 from ..scripts.script import Script
 
-#: the most vertices of a scan that is used whole, and the vertices of the part of a larger scan
+#: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the side of the box for coordinates, relative to that of the scan, because results may be larger
+#: the side of the box for coordinates, relative to the longest side of the scan: above 1, because results may be larger
 _ROOM = 1.5
-#: the name of a file that stops the run in whose folder it is made
+#: if a file with this name appears in the folder of a run, the run stops
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
@@ -52,21 +52,21 @@ class Scan:
 
     path: Path
     vertices: int  # the number of vertices
-    diagonal: float  # of its bounding box, in mesh units
-    mean_edge: float  # in mesh units
+    diagonal: float  # the diagonal of the bounding box, in mesh units
+    mean_edge: float  # the mean edge length, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
 
 
 def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
-    """Reads a scan; of a scan with over `most` vertices a part is used."""
+    """Reads a scan; if it has more than `most` vertices, only a part of it will be used."""
     read = read_mesh(path)
     count = len(read.mesh.vertices)
     return Scan(path, count, read.measured.diagonal, read.measured.resolution(), part if count > most else None, read.warnings)
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns about `count` vertices: those nearest to the foremost vertex in the middle of the first view."""
+    """Returns a part with about `count` vertices: those nearest to the foremost vertex in the middle of the first view."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
@@ -101,7 +101,7 @@ class Bench:
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carries out the steps of a job; returns warnings, tried settings and the mesh. Its measures come from `measure`."""
+        """Carries out the steps of a job; returns warnings, tried settings and the mesh, which `measure` measures."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
