@@ -17,7 +17,7 @@ from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leav
 SPREAD_BLOCK = 1 << 16
 #: Largest rounding error of a difference of distances, in the unit of a search tree, whose largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: Largest relative rounding error: around the origin distances may be smaller than `_ROUNDING`, and still exact.
+#: Largest relative rounding error: near the origin, distances below `_ROUNDING` may still be exact.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074
@@ -88,7 +88,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the root mean of each row of (n, k) squared distances; the order within a row does not change a bit."""
+    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row changes no bit."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -97,7 +97,7 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare_rows(distances: Floats, around: Floats) -> Floats:
-    """Returns (a,) PLOF of points from their standard distances, and (a, k) those of their neighbours, in the unit of a tree."""
+    """Returns (a,) PLOF of points from their (a,) standard distances and the (a, k) of their neighbours, in a tree's unit."""
     factors = np.empty(distances.shape[0])
     for p in range(distances.shape[0]):
         factors[p] = _factor(distances[p], around[p])
@@ -107,7 +107,7 @@ def compare_rows(distances: Floats, around: Floats) -> Floats:
 def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
     """Returns nPLOF: `extent` times the root mean square of the finite factors of a cloud.
 
-    `blocks` is called twice and yields the factors in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end.
+    `blocks` is called twice, and yields the factors in the order of the points: `SPREAD_BLOCK` at a time, fewer at the end.
     """
     largest, count = 0.0, 0
     for block in blocks():
@@ -128,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers, rounded to multiples of a tiny part of the largest: the same in any order."""
+    """Returns the sum of non-negative numbers, each rounded to a multiple of a tiny part of the largest: equal in any order."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

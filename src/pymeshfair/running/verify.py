@@ -143,7 +143,7 @@ def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan)
 
 
 def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:
-    """Sentences on files that differ from their entries; with a `folder` they are looked up there, as they may have moved."""
+    """Sentences on files that differ from their entries; a `folder` replaces their recorded folder, as they may have moved."""
     for entry in entries:
         path = Path(entry["path"]) if folder is None else folder / Path(entry["path"]).name
         if not path.is_file():
