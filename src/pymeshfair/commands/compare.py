@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..looking.comparison import Comparison
     from ..running.read import ReadMesh
 
-#: the most areas out of tolerance that are listed
+#: the largest number of areas out of tolerance that are listed
 _AREAS = 20
 
 

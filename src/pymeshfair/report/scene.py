@@ -63,8 +63,8 @@ def shown_mesh(
     """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
-    at even steps in its order are taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh. `like`
-    shows the same mesh with its vertices at other places; the result has the elements of `like`.
+    at even steps in its order are taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
+    `like` shows the same mesh with its vertices at other places; the result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
     elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
