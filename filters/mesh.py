@@ -1,6 +1,6 @@
 """Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near in memory.
 
-Every filter of vertices begins with a normalised mesh: centred at the origin, of ordinary size, without unused vertices.
+A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (the longest side is 1/4 to 1).
 """
 
 import math
@@ -171,7 +171,7 @@ class NormalisedMesh:
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
         has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
-        is_part: whether this is a part of a mesh, whose box gives `middle`, `scale`, `diagonal`; `restored` then checks nothing.
+        is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 
     vertices: Floats
@@ -238,7 +238,7 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """Returns (n, 3) the vertices, displaced as their points are by taking the places in the (k, 3) new `points`.
+        """Returns (n, 3) the vertices, each moved like its point; the (k, 3) `points` are the new places of the points.
 
         Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
 
@@ -424,7 +424,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
     starts = points[sample[:, 0]]
     edge = float(np.median(np.linalg.norm(starts - points[sample[:, 1]], axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    slabs = []  # as 16-bit numbers, which NumPy sorts by counting
+    slabs = []  # slab numbers of 16 bits, which NumPy sorts by counting
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:

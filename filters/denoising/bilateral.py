@@ -51,10 +51,10 @@ def bilateral_fleishman(
 ) -> Floats:
     """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
-    h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the mean normal around i by
-    area. The sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects
-    with i. They leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along
-    normals keeps the shape of triangles, but each step shrinks closed surfaces a little.
+    h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the area-weighted normal of i. The
+    sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects with i. They
+    leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along normals keeps
+    the shape of triangles, but each step shrinks closed surfaces a little.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -101,7 +101,7 @@ class FourthOrder(NamedTuple):
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
 
     def correlation(self, heights: Floats, counted: Bools) -> float:
-        """Returns by how much the correlation of (n,) residuals h of counted neighbours exceeds that of independent noise.
+        """Returns how far the correlation of the (n,) residuals h between counted neighbours exceeds that of independent noise.
 
         It is the mean of h_i h_j over the edges divided by the mean of h^2, minus the value of independent noise. That value, the
         mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Sharp features raise the result, noise lowers it. 0 if all h are 0.

@@ -40,7 +40,7 @@ class SpectralProblem:
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
         vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
             have no row.
-        components: (n,) the component of each row, numbered from 0 by first rows. No entry of S joins two components.
+        components: (n,) the component of each row, numbered from 0 in order of occurrence. No entry of S joins two components.
         n_vertices: the number of vertices of the mesh.
     """
 

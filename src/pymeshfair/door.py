@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-MeshLab cannot hold all attributes. The others stay outside and return to the elements that still exist: a custom attribute keeps
-the number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
+Attributes that MeshLab cannot hold stay outside, and return to the elements that still exist: a custom attribute keeps the
+number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
 """
 
 import re

@@ -46,7 +46,7 @@ TRIM_THRESHOLD = "MALLOC_TRIM_THRESHOLD_"
 
 
 def worker_environment(threads: int | None, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """Returns the environment of a worker; linear algebra has one thread: results do not depend on the number of processors.
+    """Returns the environment of a worker; linear algebra has one thread, so that the number of processors changes no result.
 
     Filters have `threads` threads; if it is None, the number in OMP_NUM_THREADS, or else one for each processor.
     """

@@ -267,7 +267,7 @@ class Session:
         )
 
     def _print_notes(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """Sentences on a printable mesh: its wall thickness, and the area that a wrap has closed in."""
+        """Sentences on a printable mesh: its wall thickness, and the share of the scanned area inside a wrap."""
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):

@@ -55,8 +55,8 @@ def verify_output(
     """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
     The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file;
-    `recorded` lifts this condition. The options that weaken a run, `allow_outside` and `unchecked`, must be given
-    again.
+    `recorded` lifts this condition. The options that weaken the checks of a run, `allow_outside` and `unchecked`, must be
+    given again.
 
     Raises:
         OutputError: the output has no provenance, or one that cannot be understood.

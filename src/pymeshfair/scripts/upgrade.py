@@ -249,7 +249,7 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of the steps without ``Selected``, which work only on the faces that Close Holes has selected."""
+    """The indices of steps after Close Holes without ``Selected``, which work only on the faces that it has selected."""
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name
