@@ -86,8 +86,8 @@ def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult
     """A sentence about the change of the shape; the returned numbers describe the computation."""
     if filtered.route == "none":
         return filtered.explanation
-    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
-    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{filtered.detail_size:.4g}")
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} to the largest size were kept"}
+    return did.get(response, "waves from {} to the largest size became stronger or weaker").format(f"{filtered.detail_size:.4g}")
 
 
 @vertex_smoother(name="Detail Enhancement", references=("vallet2008", "ma2012"))
@@ -125,7 +125,7 @@ def apply_coord_detail_enhancement(
         notes = (
             f"the relief is taken to be waves of {enhanced.detail_size / edge:.3g} to {enhanced.largest_size / edge:.3g} mean "
             f"edges, {enhanced.height / edge:.2g} mean edges high; no vertex moved by more than "
-            f"{enhanced.largest_displacement / edge:.2g}",
+            f"{enhanced.largest_displacement / edge:.2g} mean edges",
         )
     report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
     return Edit(vertices=enhanced.vertices, values=report, notes=notes)
