@@ -129,9 +129,9 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """Returns the `FourthOrder.correlation` of all inner vertices, and that of their calmest third.
+    """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals around.
 
-    In the calmest third no sharp features hide weak noise; pure noise gives 0.07. Both numbers are 0 without inner vertices.
+    In this third no sharp features hide weak noise; pure noise gives 0.07. Both numbers are 0 without inner vertices.
     """
     residuals = _residuals(vertices, faces)
     if residuals is None:

@@ -18,7 +18,7 @@ from .kd_tree import STACK
 
 
 class CellTree(NamedTuple):
-    """The bounding boxes of all cells of a cloud, as a tree."""
+    """The bounding boxes of all cells of a cloud, as a binary tree with w leaves."""
 
     # (2 w, 2, 3) the lowest and the highest coordinates of each node's points; infinity and -infinity for a node without points
     boxes: Floats

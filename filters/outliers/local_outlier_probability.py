@@ -26,7 +26,7 @@ _LOWEST = -1074
 def local_outlier_probability(
     points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
 ) -> Floats:
-    r"""Returns the probability that a point is an outlier: compares its neighbour distances with those of its neighbours.
+    r"""Returns the probability that a point is an outlier: that it is farther from its neighbours than they are from theirs.
 
     :math:`K_p` are the k nearest neighbours of p, without p:
 
@@ -37,8 +37,8 @@ def local_outlier_probability(
         \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
-    The result does not depend on the unit or the density of the cloud. A point is an outlier if the distance to its neighbours
-    exceeds its neighbours' own neighbour distances by more than usual in the cloud.
+    The result does not depend on the unit or the density of the cloud. A point is an outlier if it is farther
+    from its neighbours than they are from theirs, by more than usual in the cloud.
 
     Args:
         points: (n, 3) finite coordinates.

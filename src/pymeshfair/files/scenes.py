@@ -1,4 +1,4 @@
-"""Shared by the readers of scenes: XML within limits, numbers in texts, and the instances of a scene merged into one mesh."""
+"""What the readers of scenes share: XML within limits, numbers in texts, and the instances of a scene merged into one mesh."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

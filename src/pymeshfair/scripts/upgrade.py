@@ -146,7 +146,7 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
 def _fact(
     facts: Sequence[Former], name: str, value: str, declared: Mapping[str, Parameter]
 ) -> str | Mapping[str, str] | tuple[str, str]:
-    """Today's name of a parameter; or equal values of today's parameters; or why it is left out, and what that changes."""
+    """Today's name of a parameter; or today's parameters with equivalent values; or why it is left out, and what that changes."""
     for former in facts:
         if name in former.renames:
             return former.renames[name]
