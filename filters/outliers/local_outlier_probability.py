@@ -97,7 +97,7 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare_rows(distances: Floats, around: Floats) -> Floats:
-    """Returns (a,) PLOF of points from their (a,) standard distances and the (a, k) of their neighbours, in a tree's unit."""
+    """Returns (a,) PLOF from standard distances in a tree's unit: (a,) of the points, and (a, k) of their neighbours."""
     factors = np.empty(distances.shape[0])
     for p in range(distances.shape[0]):
         factors[p] = _factor(distances[p], around[p])
