@@ -1,6 +1,6 @@
 """Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near in memory.
 
-Every filter of vertices begins with a normalised mesh: centred at the origin, of ordinary size, without unused vertices.
+A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (the longest side is 1/4 to 1).
 """
 
 import math
@@ -44,23 +44,23 @@ Ints: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
 
-#: Points in a block of `_restore`, which one thread does.
+#: The number of points in a block of `_restore`; one thread does a whole block.
 _BLOCK = 4096
-# Triangles are sorted by the number of their lowest point divided by this, rounded down.
+# Triangles are sorted by the lowest number of their points, divided by this and rounded down.
 _RUN = 64
 #: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
 #: of ill-conditioned equations.
 FURTHEST = 2.0
-# Neighbours are near in memory if their numbers differ by at most this: a range of twice that takes a third of a 1 MB cache.
+# Neighbours are near in memory if their numbers differ by at most this: twice as many points fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
-# Reordering costs as much time as this many sweeps save, as measured.
+# In measurements a reordering took as much time as this many sweeps save.
 _SWEEPS_A_REORDERING_COSTS = 8
-# The thickness of a slab in typical edges, and the most slabs in a direction.
+# The thickness of a slab of `order_by_place` in median edges, and the largest number of slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
 # The slabs ignore this share of the points at either end, so that a few far points do not make slabs thick.
 _STRAY = 0.01
-#: With fewer vertices the processor's caches hold most operands of a sweep, in any order.
+#: With fewer vertices the processor's caches hold most operands of a sweep, whatever the order of the vertices.
 FITS_IN_CACHE = 200_000
 
 
@@ -131,7 +131,7 @@ def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) one truth value for each vertex; else a `FilterInputError` that names the parameter."""
+    """(n,) the values, if they are one truth value for each vertex; else raises a `FilterInputError` that names the parameter."""
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
@@ -142,7 +142,7 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The properties of a whole mesh that filters on a part of it need for the same bits in the result."""
+    """The properties of a whole mesh; with them a filter on a part of the mesh gives the same bits as on the whole."""
 
     low: Floats  # (3,) the lowest coordinates of the vertices that its cells use
     high: Floats  # (3,) the highest coordinates of these vertices
@@ -171,7 +171,7 @@ class NormalisedMesh:
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
         has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
-        is_part: whether it was cut from a larger mesh; `restored` then checks nothing, as vertices around the cut are not used.
+        is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 
     vertices: Floats
@@ -238,7 +238,7 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """Returns (n, 3) the vertices, each moved by the displacement of its point to its place in the (k, 3) new `points`.
+        """Returns (n, 3) the vertices, each moved like its point; the (k, 3) `points` are the new places of the points.
 
         Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
 
@@ -271,7 +271,7 @@ def normalised_mesh(
         cells: (m, 3) triangles or (e, 2) edges. A cell that names a vertex twice uses no vertex. Without cells the vertices are a
             point cloud, and all have a point.
         movable: (n,) bool, which vertices may move; None for all.
-        whole: the mesh that this one is a part of; None if it is complete.
+        whole: the properties of the mesh of which this mesh is a part; None if this mesh is complete.
 
     Raises:
         FilterInputError: `movable` is not a truth value for every vertex.
@@ -318,7 +318,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices, and per block the point that moves furthest, or the first not finite, and its squared displacement."""
+    """Writes the vertices, and for each block the furthest moved point (or the first not finite) and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -403,8 +403,8 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
 def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
     """Whether `sweeps` sweeps over the one-rings save more time after a reordering than the reordering takes.
 
-    Subdivision, decimation and merging leave vertices in an order that has little to do with place. The order does not change the
-    result of a sweep. `size` is what the kernel reads of each vertex and its faces, in units of three coordinates.
+    Subdivision, decimation and merging leave vertices in an order that has little to do with their places. The order does not
+    change the result of a sweep. `size` is how much a kernel reads for a vertex and its faces, in units of three coordinates.
     """
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
@@ -413,7 +413,7 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 
 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
-    """(n,) a permutation: sorts the points by slabs along the longest axis of their box, then along the next, then the last.
+    """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
     A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. A breadth-first
     order would be faster by a quarter, but takes longer to find: the search visits vertices that are far apart in memory.
@@ -424,7 +424,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
     starts = points[sample[:, 0]]
     edge = float(np.median(np.linalg.norm(starts - points[sample[:, 1]], axis=1)))
     low, high = np.quantile(starts, (_STRAY, 1.0 - _STRAY), axis=0)
-    slabs = []  # as 16-bit numbers, which NumPy sorts by counting
+    slabs = []  # slab numbers of 16 bits, which NumPy sorts by counting
     for axis in np.argsort(high - low, kind="stable"):
         count = min(_MOST_SLABS, 1 + int((high[axis] - low[axis]) / (_THICK * edge))) if edge > 0.0 else 1
         if count > 1:
@@ -434,10 +434,10 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 
 
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
-    """(m,) a permutation: sorts the triangles by the number of their lowest vertex divided by `run`, rounded down.
+    """(m,) a permutation: sorts the triangles by the lowest number of their vertices, divided by `run` and rounded down.
 
     This order suits vertices that `order_by_place` has sorted.
     """
     lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
-    halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # which NumPy sorts by counting
+    halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # 16-bit numbers, which NumPy sorts by counting
     return np.lexsort(halves if n_vertices > run << 16 else halves[:1]).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Spectral filters, which change a surface by wavelength, with its modes or without them."""
+"""Spectral filters, which change the waves of a surface by their length, with or without computing its modes."""
 
 import math
 from dataclasses import fields
@@ -54,7 +54,7 @@ def apply_coord_spectral_filter(
             sizes.
         modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep finer
             features: 5 leave a blob, 500 most features. 0: not used, the detail size decides.
-        gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger, below 1 weaker.
+        gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens them.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
             beside edges. Not used with a number of modes.
         method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' computes
@@ -86,8 +86,8 @@ def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult
     """A sentence about the change of the shape; the returned numbers describe the computation."""
     if filtered.route == "none":
         return filtered.explanation
-    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
-    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{filtered.detail_size:.4g}")
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} to the largest size were kept"}
+    return did.get(response, "waves from {} to the largest size became stronger or weaker").format(f"{filtered.detail_size:.4g}")
 
 
 @vertex_smoother(name="Detail Enhancement", references=("vallet2008", "ma2012"))
@@ -102,16 +102,16 @@ def apply_coord_detail_enhancement(
     selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
-    """Makes the relief of a surface higher, such as worn letters, and keeps its shape, its size and its borders.
+    """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
     Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open borders and
     in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean square), the
     largest displacement, and the share of the vertices that move half as far or less because of a thin part or gap.
 
     Args:
-        gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing.
+        gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes nothing.
         detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger includes only larger details.
-            'auto': where the spectrum of the surface rises above its noise, at least five mean edges.
+            'auto': about the shortest wavelength at which the spectrum clearly exceeds the noise, at least five mean edges.
         largest_size: The longest wave of the relief. Larger includes larger parts. 'auto': four detail sizes.
         most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of it if
             the gap is smaller. Larger lets thin parts change more.
@@ -125,7 +125,7 @@ def apply_coord_detail_enhancement(
         notes = (
             f"the relief is taken to be waves of {enhanced.detail_size / edge:.3g} to {enhanced.largest_size / edge:.3g} mean "
             f"edges, {enhanced.height / edge:.2g} mean edges high; no vertex moved by more than "
-            f"{enhanced.largest_displacement / edge:.2g}",
+            f"{enhanced.largest_displacement / edge:.2g} mean edges",
         )
     report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
     return Edit(vertices=enhanced.vertices, values=report, notes=notes)
@@ -152,8 +152,8 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
     Args:
-        mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has
-            shorter waves and takes longer.
+        mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; a larger
+            number has shorter waves and takes longer.
     """
     harmonic = spectral.one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))

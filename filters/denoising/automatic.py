@@ -23,7 +23,7 @@ class AutomaticChoice(NamedTuple):
     setting: Setting  # the chosen setting
     noise: NoiseEstimate
     evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
-    # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting predicts as well.
+    # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting is as good.
     # The error of the chosen setting is then hardly ever more than 5 % above the least error of all settings.
     sure: bool = False
 
@@ -44,7 +44,7 @@ def automatic_choice(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         border: see `normal_filtering`.
-        movable: (n,) bool, which vertices may move, None for all. The fixed vertices are not evidence.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
         seed: selects the held-out vertices.
         repertoire: the settings to choose from, see `Repertoire.narrowed`. Correlated noise has a repertoire of its own.
         progress: called with the finished share; may raise to stop.
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, tested in the calmest places: uneven noise that leaves these clean is not found. Rounding comes last.
+    # 1. Correlated noise, tested where residuals are small: noise that spares these places is not found. Rounding comes last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)
@@ -81,8 +81,8 @@ def _independent(
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or a surface whose residuals correlate between neighbours.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
-        # 4. Cross-validation. If all vertices but the outliers are clean, settings that move only outliers are tried, too:
-        # settings without Taubin steps.
+        # 4. Cross-validation. If all vertices but the outliers are clean, settings that move only outliers are tried, too;
+        # these have no Taubin steps.
         alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
@@ -107,7 +107,7 @@ def denoise_automatically(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> tuple[Floats, AutomaticChoice]:
-    """Denoises a mesh with the setting of `automatic_choice`. Arguments and errors are the same as there.
+    """Denoises a mesh with the setting of `automatic_choice`; see there for the arguments and errors.
 
     Returns:
         (n, 3) float64 the vertices, and the choice. Clean meshes keep every bit.

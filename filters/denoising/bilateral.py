@@ -24,15 +24,15 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Automatic range sigmas as shares of the sigma of 95 % efficiency: the best of a few shares tried on models with added noise. The
-# share is below 1 for one-rings, whose heights include the noise of both ends and of the normal; corners have small heights.
+# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise:
+# below 1 for one-rings, as their heights include noise of both ends and of the normal; above 1 for corners, with small heights.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
-# Larger scales are refused, since their squares would overflow.
+# Scales above this or below its inverse are refused, since their squares would be out of the range of numbers.
 _EXTREME = 1e150
-# Number of blocks of vertices, each with its own array of marks. Results do not depend on it.
+# Number of blocks of vertices, each with its own array of marks. Results do not depend on this number.
 _BLOCKS = 32
-# Most cells along an axis: the index of a cell stays below 2^63.
+# The largest number of cells along an axis: the index of a cell stays below 2^63.
 _MOST_CELLS = 2**20
 
 
@@ -51,10 +51,10 @@ def bilateral_fleishman(
 ) -> Floats:
     """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
-    h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the mean of the normals around i by
-    area. The sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects
-    with i. They leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along
-    normals keeps the shape of triangles, but each step shrinks closed surfaces a little.
+    h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the area-weighted normal of i. The
+    sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects with i. They
+    leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along normals keeps
+    the shape of triangles, but each step shrinks closed surfaces a little.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -65,7 +65,7 @@ def bilateral_fleishman(
             input, a robust estimate of the noise of mostly smooth surfaces.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
             edges, so that the paper's sigma_c is one mean edge.
-        iterations: steps. More are smoother and shrink more; the time is proportional.
+        iterations: number of steps. More steps smooth and shrink more; the time is proportional to their number.
         border: "along" averages border vertices over the border alone, but moves them along their normals; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called after every step.
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cells as wide as the kernel's radius; the 27 cells at a vertex are 9 slices."""
+    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: the 27 cells at a vertex are 9 slices."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
@@ -345,10 +345,10 @@ def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
     return vectors / np.maximum(lengths, 1e-100)[:, None], lengths > 1e-100
 
 
-def _estimated(points: Floats, which: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
-    """Returns (n, 3) the points, `which` moved to the mean of their projections or, with `height` None, of triangle centres."""
+def _estimated(points: Floats, moving: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:
+    """Returns (n, 3) points, the `moving` ones at the mean of their projections or, with `height` None, of triangle centres."""
     out = points.copy()
-    _estimate(points, out, which, triangles, space, height or space, height is None)
+    _estimate(points, out, moving, triangles, space, height or space, height is None)
     return out
 
 

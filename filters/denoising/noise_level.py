@@ -33,7 +33,7 @@ class NoiseEstimate(NamedTuple):
 
     Attributes:
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
-            features and outliers count little. A good laser scanner has 0.1, a bad one 0.3; from 0.6 on faces fold.
+            features and outliers count little. A good laser scanner has 0.1, a bad one 0.3; from 0.6 on, faces fold.
         length: the level in mesh units.
         deviation: the level computed from the mean square, in which outliers count in full. It is over 1.2 times `level` if a few
             vertices are far off, and up to 1.1 times on shapes with many sharp edges.
@@ -53,7 +53,7 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     The differences of `FourthOrder` have the standard deviation of independent noise. The level is the median of their absolute
     values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface: it is
     not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Weak noise is overestimated
-    where most vertices are near sharp edges: 0.1 edges by 28 % on a cube with 16 edges to a side.
+    where most vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -101,7 +101,7 @@ class FourthOrder(NamedTuple):
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
 
     def correlation(self, heights: Floats, counted: Bools) -> float:
-        """Returns by how much the correlation of (n,) residuals h of counted neighbours exceeds that of independent noise.
+        """Returns how far the correlation of the (n,) residuals h between counted neighbours exceeds that of independent noise.
 
         It is the mean of h_i h_j over the edges divided by the mean of h^2, minus the value of independent noise. That value, the
         mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Sharp features raise the result, noise lowers it. 0 if all h are 0.
@@ -116,7 +116,7 @@ class FourthOrder(NamedTuple):
 
 
 def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
-    """Returns the operator, mean edge, and differences in mean edges: along normals, and across; None without inner vertices."""
+    """Returns the operator, mean edge, and differences along and across normals in mean edges; None without inner vertices."""
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None
@@ -129,9 +129,9 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """Returns the `FourthOrder.correlation` of all inner vertices and of the calmest third.
+    """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals around.
 
-    In the calmest third no sharp features hide weak noise; pure noise has 0.07 there. Both are 0 without inner vertices.
+    In this third no sharp features hide weak noise; pure noise gives 0.07. Both numbers are 0 without inner vertices.
     """
     residuals = _residuals(vertices, faces)
     if residuals is None:
@@ -143,7 +143,7 @@ def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
 
 
 def _means_around(squares: Floats, counted: Bools, pairs: Ints) -> Floats:
-    """Returns (n,) means of the counted squares over some rings, each square clipped."""
+    """Clips the (n,) squares, averages the counted ones over the one-rings `AVERAGED` times, and returns the (n,) means."""
     return local_means(np.minimum(squares, CLIP * np.median(squares[counted])), counted, pairs, times=AVERAGED)
 
 
@@ -158,9 +158,9 @@ def ring_means(pairs: Ints, n: int, weight: float = 1.0) -> sparse.csr_matrix:
 def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -> Floats:
     """Returns (n, 3) unit normals of the vertices of a smoothed copy of the mesh, 0 for vertices without faces.
 
-    The copy has five pairs of Taubin steps; its face normals are averaged twice over the faces that share a vertex. Up to noise
-    of 0.8 edges the normals are within a few degrees of the truth. In a part of the `whole`, see `taubin_fairing`, vertices with
-    `RINGS_OF_SMOOTH_NORMALS` rings of faces around them get the same bits as in the whole.
+    The copy is smoothed by five pairs of Taubin steps; its face normals are averaged twice over the faces that share a vertex. Up
+    to noise of 0.8 edges the normals are within a few degrees of the truth. In a part of the `whole`, see `taubin_fairing`,
+    vertices with `RINGS_OF_SMOOTH_NORMALS` rings of faces around them get the same bits as in the whole.
     """
     smooth = taubin_fairing(points, faces, iterations=5, border="along", whole=whole)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
@@ -176,9 +176,9 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
     The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Where the surface is
-    calm, without details and edges, only noise is left. Exact planes count only if they are half of the mesh. The level is
-    a fifth to a third below the standard deviation of even noise; 0 without scored vertices. The (n, 3) points have a mean edge
-    of 1, the (m, 3) triangles or (e, 2) edges are unique, the (n, 3) unit normals are those of a smoothed copy.
+    calm, without details and edges, only noise is left. Exact planes count only if they are at least half of
+    the mesh. For evenly strong noise the level is a fifth to a third below its standard deviation; 0 without scored vertices.
+    The (n, 3) points have a mean edge of 1, triangles or edges are unique, the (n, 3) unit normals are those of a smoothed copy.
     """
     indices = np.flatnonzero(scored).astype(np.int32)
     if not len(indices):
@@ -194,7 +194,7 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
 
 
 def is_designed(points: Floats, faces: Ints) -> bool:
-    """Whether a mesh of ordinary size consists of exact planes: 99 % of its faces have a coplanar neighbour."""
+    """Whether a normalised mesh consists of exact planes: 99 % of its faces have a coplanar neighbour."""
     pairs, _ = face_adjacency(faces)
     first, second = face_normals(points, faces)[pairs.T]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)

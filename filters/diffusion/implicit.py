@@ -32,13 +32,13 @@ TOLERANCE = 1e-10
 # Longer time steps are cut to this: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `BackwardEulerStep._assemble`
-# A volume below this share of the summed sizes of its tetrahedra is rounding: a flat sheet with two sides encloses nothing.
+# A volume below this share of the sum of its tetrahedra's absolute volumes is rounding: a flat double sheet encloses nothing.
 _LEAST_VOLUME = 1e-9
-# The largest factor to scale a component back: a larger one would magnify the solver's error of 1e-10 of the diagonal too much.
+# The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.
 _LARGEST_GROWTH = 1e3
-# How often the loss of a step is added back. Each time brings long waves nearer to their former amplitude.
+# How often `dimensions_restored` adds the loss of a step back. Each addition brings long waves nearer to their former amplitude.
 _TIMES = 2
-# How often the loss is smoothed before it is added back, to remove noise from it.
+# How often the loss is smoothed before each addition; this removes noise from the loss.
 _PASSES = 2
 #: How often the loss is smoothed in all.
 _SOLVES = _TIMES * _PASSES
@@ -53,7 +53,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
 
     Args:
         detail_size: l, in mesh units. Larger is smoother: shorter waves keep less than half of their amplitude, longer ones more.
-        iterations: number of steps. More cut off more sharply.
+        iterations: number of steps. More steps cut off more sharply.
         keep_dimensions: as for `implicit_fairing`.
 
     Returns:
@@ -185,7 +185,7 @@ class _Flow:
         return self.smoothed(points, progress)
 
     def smoothed(self, points: Floats, progress: Progress) -> Floats:
-        """Applies one step to (n, d) coordinates or values at the vertices, with the operators of the mesh's last step."""
+        """Applies one step to (n, d) coordinates or values at the vertices, with the operators of the last `step`."""
         moved: Floats | None = None
         count = len(self._systems)
         for k, system in enumerate(self._systems):
@@ -244,7 +244,7 @@ class BackwardEulerStep:
         self._solver = self._assemble() if len(self._mass) else None
 
     def displacement(self, points: Floats, prescribed: Floats | None, *, diagonal: float, progress: Progress) -> Floats:
-        """Returns the (n, d) displacement of (n, d) points; fixed ones get the `prescribed` displacement, None for 0."""
+        """Returns the (n, d) displacement of (n, d) points; that of fixed points is `prescribed`, or 0 if this is None."""
         start = points if prescribed is None else points + prescribed
         extent = float(np.ptp(start, axis=0).max()) if self._solver else 0.0
         if self._solver is None or extent <= TOLERANCE * diagonal:
@@ -292,7 +292,7 @@ class BackwardEulerStep:
 
 
 def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Returns C with negative weights set to 0, and a diagonal with which rows sum to 0; C itself without negative weights."""
+    """Returns C with negative weights set to 0, and a diagonal with which rows sum to 0; C itself if no weight is negative."""
     rows = np.repeat(np.arange(stiffness.shape[0]), np.diff(stiffness.indptr))
     negative = (stiffness.data < 0.0) & (stiffness.indices != rows)
     if not negative.any():
@@ -331,14 +331,14 @@ class Volumes(NamedTuple):
 
     faces: Ints  # (f, 3) their triangles
     component: Longs  # (f,) the component of each triangle, from 0
-    vertex_component: Longs  # (n,) the component of each vertex, -1 if it encloses no volume
+    vertex_component: Longs  # (n,) the component of each vertex, -1 outside of these components
     volumes: Floats  # the signed volume of each component, in cubed mesh units
 
 
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
     """Measures the volumes of the components that have no boundary and only movable vertices.
 
-    A component has no boundary if its faces run through every edge equally often both ways; edges may be non-manifold.
+    A component has no boundary if its faces run through every edge equally often in both directions; edges may be non-manifold.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1
@@ -357,7 +357,7 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
-    """Scales every enclosing component about the centroid of its surface to its original volume, unless that is 0."""
+    """Scales each component whose original volume is not 0 back to this volume, about the centroid of its surface."""
     volumes, centroids = _measure(points, original)
     former = original.volumes
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -417,5 +417,5 @@ def dimensions_restored(
 
 
 def share_with_dimensions(amplitude: float) -> float:
-    """Solves 1 - (1 - s) (1 - s^2)^2 = amplitude for s, the share of a wave that is left without keeping dimensions."""
+    """Solves 1 - (1 - s) (1 - s^2)^2 = amplitude for s, the share of a wave that a step leaves before dimensions are restored."""
     return float(optimize.brentq(lambda s: 1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES - amplitude, 0.0, 1.0, xtol=1e-15))

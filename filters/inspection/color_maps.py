@@ -14,9 +14,9 @@ from ..mesh import Floats
 
 #: The share of the values between the limits: with outliers inside the limits, all other values would look alike.
 ENCLOSED = 0.98
-#: Steps of a map: more than the 256 levels of a channel.
+#: The number of steps of a map: more than the 256 levels of a channel.
 _STEPS = 1024
-#: The stops of a map: position from 0 to 1, lightness, chroma, hue in degrees.
+#: The stops of the two maps: position from 0 to 1, lightness, chroma, hue in degrees.
 _DIVERGING = (
     (0.0, 0.40, 0.13, 258.0),
     (0.25, 0.685, 0.12, 250.0),
@@ -28,7 +28,7 @@ _SEQUENTIAL = ((0.0, 0.38, 0.12, 285.0), (0.35, 0.57, 0.10, 225.0), (0.7, 0.77, 
 
 
 class Limits(NamedTuple):
-    """The values at the two ends of a colour map; values beyond have the colour of the end."""
+    """The values at the two ends of a colour map; a value beyond an end has the colour of this end."""
 
     low: float
     high: float

@@ -2,8 +2,8 @@
 
 A cloud that does not fit into memory is cut into cells, each with a bounding box. The points of a tile have already been compared
 with each other; this module compares them with the points of other cells. Neighbours are ordered as in `nearest_neighbours`: by
-squared distance, then by number. Rounding is monotonic, so the computed distance to a box is never larger than the distance to a
-point in the box, and the distance to its farthest corner is never smaller. Hence no cell with a neighbour is left out.
+squared distance, then by number. Rounding is monotonic. So the computed distance to a point in a box is never below
+the distance to the box, and never above the distance to the box's farthest corner. Hence no cell with a neighbour is left out.
 
 The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
@@ -18,7 +18,7 @@ from .kd_tree import STACK
 
 
 class CellTree(NamedTuple):
-    """The bounding boxes of all cells of a cloud, as a tree."""
+    """The bounding boxes of all cells of a cloud, as a binary tree with w leaves."""
 
     # (2 w, 2, 3) the lowest and the highest coordinates of each node's points; infinity and -infinity for a node without points
     boxes: Floats
@@ -42,7 +42,7 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The k nearest points so far of each of the (a,) points, ordered by squared distance, then by number."""
+    """For each of some points, the k nearest points found so far, ordered by squared distance, then by number."""
 
     squared: Floats  # (a, k) squared distances, infinite for missing neighbours
     numbers: Longs  # (a, k) numbers of the neighbours
@@ -68,8 +68,8 @@ def cells_within(
 ) -> tuple[Longs, Ints]:
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
-    `bounds` shrink in place to what the boxes guarantee: a box with more than k points has k other points that are nearer than
-    its farthest corner. This shortens the list of a point far from all others, to which all cells are about equally near.
+    `bounds` shrink in place: if a box has more than k points, at least k of them are other points, none of them farther away than
+    the box's farthest corner. This shortens the list of a point that is far from all cells, and about equally far from each.
 
     The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
 
@@ -110,7 +110,7 @@ def _covered(node: int, width: int, first: int, last: int) -> bool:
 
 @compiled(nogil=True)
 def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> None:
-    """Lowers each bound to the distance of the farthest corner of any box with more than k points, if that is smaller."""
+    """Lowers each bound to the squared distance of the farthest corner of a box with more than k points, if this is smaller."""
     boxes, counts = cells
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)

@@ -17,7 +17,7 @@ from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leav
 SPREAD_BLOCK = 1 << 16
 #: Largest rounding error of a difference of distances, in the unit of a search tree, whose largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: Largest relative rounding error: around the origin distances may be smaller than `_ROUNDING`, and still exact.
+#: Largest relative rounding error: near the origin, distances below `_ROUNDING` may still be exact.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074
@@ -26,7 +26,7 @@ _LOWEST = -1074
 def local_outlier_probability(
     points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
 ) -> Floats:
-    r"""Returns the probability that a point is an outlier: compares its neighbour distances with those of its neighbours.
+    r"""Returns the probability that a point is an outlier: that it is farther from its neighbours than they are from theirs.
 
     :math:`K_p` are the k nearest neighbours of p, without p:
 
@@ -37,8 +37,8 @@ def local_outlier_probability(
         \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
-    The result does not depend on the unit or the density of the cloud. A point is an outlier if the distance to its neighbours
-    exceeds its neighbours' own neighbour distances by more than usual in the cloud.
+    The result does not depend on the unit or the density of the cloud. A point is an outlier if it is farther
+    from its neighbours than they are from theirs, by more than usual in the cloud.
 
     Args:
         points: (n, 3) finite coordinates.
@@ -88,7 +88,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the root mean of each row of (n, k) squared distances; the order within a row does not change a bit."""
+    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row changes no bit."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -97,7 +97,7 @@ def standard_distances(squared: Floats) -> Floats:
 
 @compiled(nogil=True)
 def compare_rows(distances: Floats, around: Floats) -> Floats:
-    """Returns (a,) PLOF of points from their standard distances, and (a, k) those of their neighbours, in the unit of a tree."""
+    """Returns (a,) PLOF from standard distances in a tree's unit: (a,) of the points, and (a, k) of their neighbours."""
     factors = np.empty(distances.shape[0])
     for p in range(distances.shape[0]):
         factors[p] = _factor(distances[p], around[p])
@@ -107,7 +107,7 @@ def compare_rows(distances: Floats, around: Floats) -> Floats:
 def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
     """Returns nPLOF: `extent` times the root mean square of the finite factors of a cloud.
 
-    `blocks` is called twice and yields the factors in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end.
+    `blocks` is called twice, and yields the factors in the order of the points: `SPREAD_BLOCK` at a time, fewer at the end.
     """
     largest, count = 0.0, 0
     for block in blocks():
@@ -128,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers, rounded to multiples of a tiny part of the largest: the same in any order."""
+    """Returns the sum of non-negative numbers, each rounded to a multiple of a tiny part of the largest: equal in any order."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

@@ -40,7 +40,7 @@ class SpectralProblem:
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
         vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
             have no row.
-        components: (n,) the connected component of each row, numbered from 0 by first row. No entry of S joins two components.
+        components: (n,) the component of each row, numbered from 0 in order of occurrence. No entry of S joins two components.
         n_vertices: the number of vertices of the mesh.
     """
 
@@ -171,7 +171,7 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
     """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
-    At both ends the amplitude is half of `gain` up to an error. As a share of `gain` this is 2^-q at the short end and
+    At both ends the amplitude is half of `gain` up to an error. As a share of `gain` the error is 2^-q at the short end and
     1 - 2^(-1 / q) at the long end, where q = (largest_size / detail_size)^(2 n): at most 4 % for an octave and n = 2.
 
     Args:

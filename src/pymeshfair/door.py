@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-MeshLab cannot hold all attributes. The others stay outside and return to the elements that still exist: a custom attribute keeps
-the number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
+Attributes that MeshLab cannot hold stay outside, and return to the elements that still exist: a custom attribute keeps the
+number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
 """
 
 import re
@@ -34,7 +34,7 @@ from .write_back.workbench import attributes_of, read_array, wedges_of
 
 _ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
 _TEXTURE = "pymeshfair_texture"  # the custom attribute for texture numbers, which pymeshlab does not give otherwise
-#: bits of MeshLab's PLY property "flags": selected, and the three edges of a face if inside a polygon
+#: bits of MeshLab's PLY property "flags": the element is selected; the first, second or third edge is inside a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -74,7 +74,7 @@ class Door:
         return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Applies a step of a MeshLab filter; returns all its parameter values, lengths in mesh units, and its report."""
+        """Applies a step of a MeshLab filter; returns the values of all parameters (lengths in mesh units), and its report."""
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
@@ -292,7 +292,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes that MeshLab did not hold, by the numbers of the elements; 0 for new elements, -1 for their polygon."""
+    """The attributes that MeshLab did not hold, for elements with these numbers; a new element gets 0, or -1 as its polygon."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in in_meshlab:

@@ -54,7 +54,7 @@ class RecipeInfo:
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        """The conditions of `fits`; empty if it is empty or cannot be parsed."""
+        """The conditions of `fits`; empty if `fits` is empty or cannot be parsed."""
         try:
             return parse_fits(self.fits)
         except ParameterError:
@@ -121,7 +121,7 @@ def shipped_heads() -> list[RecipeHead]:
 
 
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
-    """Loads a shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
+    """Loads a shipped recipe by its name, or a script by its path, which ends in ``.mlx``, has a folder or names a file.
 
     With `upgrade` it upgrades a script of an older MeshLab and lists the `changes` in the recipe. Raises `UnknownNameError` if
     there is no such recipe or file, and `ScriptError` with all problems of a script.

@@ -40,7 +40,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
     """Returns the scans that arguments name, in their order, without repetition.
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
-    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument a line; or a table
+    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these in each line; or a table
     ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Paths in a list or a table are relative to its folder.
     """
     scans: dict[tuple[object, ...], RequestedScan] = {}
@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Drops outputs of runs from the files of folders and patterns; returns the remaining scans, and the paths of the outputs."""
+    """Drops outputs of runs from the scans in folders and patterns; returns the other scans, and the paths of these outputs."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
@@ -166,9 +166,9 @@ def _text(path: Path) -> str:
         raise ParameterError(f"cannot read {path}: {(reason or str(error)).lower()}") from None
 
 
-#: placeholders in the name of outputs, for parts of the path of the input
+#: placeholders in the names of outputs: parts of the input's path, and the scan's number
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
-#: the most collisions that a message lists
+#: the largest number of collisions that a message lists
 _LISTED = 10
 
 
@@ -180,12 +180,12 @@ class Scan:
     input: Path
     output: Path  # the file to write
     overrides: tuple[str, ...]  # ``STEP.PARAM=VALUE`` from the scan's row of a table
-    recipe: Recipe  # with these overrides
+    recipe: Recipe  # the recipe of the batch with these overrides
     label: str  # a short name, unique in the batch
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
-    """Returns the job of one scan; `memory` is its limit in bytes if the template has none."""
+    """Returns the job of one scan; `memory` is the job's memory limit in bytes if the template has none."""
     return replace(
         template,
         recipe=scan.recipe,

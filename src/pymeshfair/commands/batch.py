@@ -121,7 +121,7 @@ class BatchLines(ExitStack):
 
 
 class BatchBar(BatchLines):
-    """A progress bar over all scans with the time left; failed scans are listed above it."""
+    """A progress bar over all scans with the time left; scans that failed or broke a limit are listed above it."""
 
     def __init__(self) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -243,4 +243,4 @@ def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
     for number, problem in prospect.problems.items():
         complain(f"scan {number}: {problem}")
     if prospect.lacks_room:
-        complain("the outputs may need twice the size of the inputs")
+        complain("the disk may be too small: outputs may need twice the size of the inputs")

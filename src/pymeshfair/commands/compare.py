@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..looking.comparison import Comparison
     from ..running.read import ReadMesh
 
-#: the most areas out of tolerance that are listed
+#: the largest number of areas out of tolerance that are listed
 _AREAS = 20
 
 
@@ -24,7 +24,7 @@ def compare(
     before: Annotated[Path, Argument(metavar="BEFORE", help="The first mesh file, the reference.")],
     after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file to compare with it.")],
     self_intersections: Annotated[
-        bool | None, Option(help="Search for faces that cut others; by default up to 200,000 vertices.")
+        bool | None, Option(help="Search for faces that cut others; by default in meshes of up to 200,000 vertices.")
     ] = None,
     tolerance: options.Tolerance = None,
     limits: options.Limits = None,
@@ -46,7 +46,7 @@ def compare(
 ) -> None:
     """Compare two meshes or clouds: their distance, and what was kept, lost, added and removed.
 
-    They may have different vertices and faces. With --tolerance the exit code is 1 if the distance is larger at any place.
+    They may have different vertices and faces. With --tolerance the exit code is 1 if the distance exceeds it at any place.
     """
     from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension

@@ -28,9 +28,9 @@ _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that are stored in dimensions of the same names
 _NUMBERS = ("scalars", "radii")
-#: bytes of the header of LAS 1.0, and the most bytes of a longer header that are read
+#: the size of the header of LAS 1.0 in bytes, and the largest number of bytes that are read of a longer header
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
-_CHUNK = 1 << 20  # points read or written at a time
+_CHUNK = 1 << 20  # the number of points read or written at a time
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
@@ -185,8 +185,8 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes, at least one; `pieces` is called twice: to measure, and to write.
 
-    Coordinates keep the steps of the document if these suffice. Without `writing` the step is the finest power of ten that
-    32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    Coordinates keep the scale factors of the document if these suffice. Without `writing` the scale factor is the finest power
+    of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()
@@ -322,7 +322,7 @@ def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolu
 
 
 def _choose_scale(header: Any, least: Floats, most: Floats, resolution: float, notes: list[str]) -> None:
-    """Sets the steps of the header to resolve the length `resolution`, or to the finest steps if it is 0."""
+    """Sets the scale factors of the header: the largest that resolve the length `resolution`, or the finest if it is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * resolution)) if resolution > 0 else finest

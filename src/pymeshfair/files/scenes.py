@@ -1,4 +1,4 @@
-"""Shared by the readers of scenes: XML within limits, numbers in texts, and the instances of a scene merged into one mesh."""
+"""What the readers of scenes share: XML within limits, numbers in texts, and the instances of a scene merged into one mesh."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,11 +20,11 @@ from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
-#: levels of nested elements or parts; usual scenes have about ten
+#: the largest depth of nested elements or parts; usual scenes have about ten levels
 DEEPEST = 200
-#: most elements of a tree; this many take two seconds and 300 MB
+#: the largest number of elements of a tree; this many take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000
-#: most instances in a file, and most vertices and faces of all instances together
+#: the largest number of instances in a file, and of vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
 METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 #: values of an attribute in parts that lack it
@@ -37,7 +37,7 @@ def parse_xml(
     end: Callable[[str], object],
     text: Callable[[str], object] | None = None,
 ) -> None:
-    """Calls functions for elements (without namespace prefixes), their ends and texts; refuses a document with entities."""
+    """Calls `start` and `end` for elements (by name without prefix) and `text` for texts; refuses a document with entities."""
     depth = 0
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
@@ -87,7 +87,7 @@ def read_tree(data: bytes) -> ElementTree.Element:
 
 
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
-    """Parses finite numbers separated by blanks, exactly `count` unless None; `what` names them in messages."""
+    """Parses finite numbers separated by blanks; unless None, `count` is their number. `what` names them in messages."""
     words = text.split()
     try:
         if "_" in text or not text.isascii():  # Python would accept these in numbers
@@ -164,9 +164,9 @@ class Assembly:
     ) -> MeshData:
         """Makes a part from polygons, which are given as for `triangulated`; adds to `lost` what a mesh cannot hold.
 
-        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN is
-        no value. Normals and colours that agree at the corners of each vertex go to vertices; other colours go to faces, if they
-        agree in each face. `of_polygons` has (p, ...) values; if no ``texture`` is above -1, texture coordinates are left out.
+        `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN
+        means no value. Normals and colours that agree at the corners of each vertex go to vertices; other colours go to faces if
+        they agree in each face. `of_polygons` has (p, ...) values; if each ``texture`` is -1, texture coordinates are left out.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():
@@ -199,7 +199,7 @@ class Assembly:
         """Adds an instance of a part, transformed by a (4, 4) matrix."""
         self._made += len(part.vertices) + len(part.faces)
         if self._made > _MOST_MADE:
-            raise ContentsError(f"its parts, as often as it places them, have more than {_MOST_MADE:,} vertices and faces")
+            raise ContentsError(f"all instances of its parts together have more than {_MOST_MADE:,} vertices and faces")
         self._parts.append((part, matrix))
 
     def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:
@@ -238,7 +238,7 @@ class Assembly:
 
 
 def affine_matrix(linear: Floats, move: Any = 0.0) -> Floats:
-    """Returns the (4, 4) matrix of a (3, 3) linear map with a translation after it."""
+    """Returns the (4, 4) matrix of a (3, 3) linear map followed by a translation."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, move
     return matrix
@@ -259,7 +259,7 @@ def with_reversed_faces(part: MeshData) -> MeshData:
 
 
 def levels(colors: Floats) -> NDArray[np.uint8]:
-    """Converts (n, 3) or (n, 4) colours from 0 to 1 to (n, 4) levels up to 255; NaN counts as 1."""
+    """Converts (n, 3) or (n, 4) colours in [0, 1] to (n, 4) levels in [0, 255]; NaN counts as 1."""
     result = np.full((len(colors), 4), 255, np.uint8)
     result[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
     return result

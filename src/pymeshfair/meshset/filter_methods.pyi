@@ -759,7 +759,7 @@ class FilterMethods(metaclass=LateMethods):
         operator: Literal["auto", "cotangent", "robust"] = "auto",
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Makes the relief of a surface higher, such as worn letters, and keeps its shape, its size and its borders.
+        """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
         Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open
         borders and in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean
@@ -767,12 +767,12 @@ class FilterMethods(metaclass=LateMethods):
         gap.
 
         Args:
-            gain: The factor for the height of the relief. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes a
-                number from 0 to 10.
+            gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes
+                nothing. Takes a number from 0 to 10.
             detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger includes only larger
-                details. 'auto': where the spectrum of the surface rises above its noise, at least five mean edges. Takes a
-                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
-                'auto'.
+                details. 'auto': about the shortest wavelength at which the spectrum clearly exceeds the noise, at least five
+                mean edges. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
+                least 0.0, or 'auto'.
             largest_size: The longest wave of the relief. Larger includes larger parts. 'auto': four detail sizes. Takes a
                 length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
                 'auto'.
@@ -1267,8 +1267,8 @@ class FilterMethods(metaclass=LateMethods):
             modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep
                 finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number
                 from 0 to 1000000.
-            gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
-                a number from 0 to 10.
+            gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
+                them. Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
                 ripples beside edges. Not used with a number of modes. Takes a whole number from 1 to 8.
             method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
@@ -3258,8 +3258,8 @@ class FilterMethods(metaclass=LateMethods):
         mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
 
         Args:
-            mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; larger has
-                shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; a larger
+                number has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
 

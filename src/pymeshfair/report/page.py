@@ -31,7 +31,7 @@ from ..mesh_data import MeshData
 
 #: the scripts of a page with the viewer
 VIEWER = ("viewer.js", "page.js")
-#: the most characters of a value in a list of parameters
+#: the largest number of characters of a value in a list of parameters
 _SHORT = 120
 
 
@@ -146,14 +146,14 @@ class Chart:
     lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
     ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: the place and the text of each
     ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
-    headers: tuple[str, ...]  # of the table
-    rows: tuple[tuple[str, ...], ...]  # of the table
+    headers: tuple[str, ...]  # the headings of the table's columns
+    rows: tuple[tuple[str, ...], ...]  # the rows of the table
 
     width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """A chart of the samples in percent; the outermost bars include values below `low` or above `high`. None if all are empty."""
+    """A chart of the samples in percent; the outermost bars include values outside of the limits. None without finite values."""
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
@@ -163,7 +163,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
     medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
     return Chart(
         title=title,
-        summary=f"Half of the numbers lie below: {medians} ({across}).",
+        summary=f"Medians: {medians} ({across}).",
         across=across,
         lines={name: _steps(edges, share, most) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],

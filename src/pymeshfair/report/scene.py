@@ -24,9 +24,9 @@ from ..filters.topology import proper_faces
 from ..looking.picture import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
-#: the most faces of a mesh in a browser; more are decimated
+#: the largest number of faces of a mesh in a browser; larger meshes are decimated
 MOST_FACES = 120_000
-#: the most points of a cloud in a browser
+#: the largest number of points of a cloud in a browser
 MOST_POINTS = 200_000
 #: the grid leaves this many times the final number of faces for the decimation
 _THINNED = 2
@@ -62,9 +62,9 @@ def shown_mesh(
 ) -> Shown:
     """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
 
-    A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud an even
-    sample is taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh. `like` shows the same
-    mesh with other positions of its vertices; the result has its elements.
+    A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
+    at even steps in its order are taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
+    `like` shows the same mesh with its vertices at other places; the result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
     elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
@@ -96,7 +96,7 @@ def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints,
 def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
     """The mesh with the vertices of each grid cell merged at their mean; about `target` faces remain.
 
-    A grid needs little time and memory, while quadrics need both for every face.
+    A grid needs little time and memory for each face; quadrics need much of both.
     """
     areas = vector_lengths(cross_products(local, faces))
     side = math.sqrt(float(areas.sum()) / target)  # each cell keeps about two faces, each half of a square
@@ -127,7 +127,7 @@ class Marker:
 class Scene:
     """The data of the viewer."""
 
-    header: dict[str, Any]  # a description of the body and of the view, in terms of JSON
+    header: dict[str, Any]  # a description of the body and of the view, as values for JSON
     body: bytes  # the arrays, compressed by zlib
 
     @property
@@ -206,7 +206,7 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
 
 
 def _planes(array: NDArray[Any]) -> bytes:
-    """The differences of integers from row to row, as bytes: the lowest byte of every integer, then every second byte, ..."""
+    """The differences of integers from row to row, as bytes: first the lowest byte of each integer, then all second bytes, ..."""
     if not array.size:
         return b""
     table = array.reshape(len(array), -1)
@@ -232,7 +232,7 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
 
 
 def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
-    """(n,) integers from 0 to 255 for values between the limits; the middle for a value that is no number."""
+    """(n,) integers from 0 to 255 for values between the limits; the middle level for NaN."""
     low, high = limits
     shares = np.full(len(values), 0.5)
     if high > low:

@@ -35,7 +35,7 @@ from .supervise import mark
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 
-#: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit them
+#: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit the mesh
 _Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
 
@@ -52,7 +52,7 @@ class Outcome:
 class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and the layers after the last used beginnings of recipes, at most `states`.
+    It keeps the measures of the mesh, and the layers after each of the `states` beginnings of recipes that were used last.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -91,7 +91,7 @@ class Session:
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
-        self._number, self._last_progress = 0, 0.0  # of the current step; 0 between steps
+        self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._notes: list[str] = []
         self._unit: str | None = None
 
@@ -267,7 +267,7 @@ class Session:
         )
 
     def _print_notes(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """Sentences on a printable mesh: its wall thickness, and the area that a wrap has closed in."""
+        """Sentences on a printable mesh: its wall thickness, and the share of the scanned area inside a wrap."""
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
@@ -300,7 +300,7 @@ class Session:
         return described[0] | {"side_files": described[1:]}, staged
 
     def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh, whose faces may be those of `former`; raise `refusal` if that is impossible."""
+        """Measure a mesh, whose faces may be those of `former`; raise `refusal` if it cannot be measured."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:

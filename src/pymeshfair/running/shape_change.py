@@ -30,7 +30,7 @@ LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes 
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller values smooth less
-_LISTED = 20  # the most pieces that are listed one by one
+_LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
 
@@ -41,7 +41,7 @@ class Origins:
 
     before: MeshData  # the mesh that was read
     result: MeshData  # the mesh after the steps
-    vertices: NDArray[np.int64]  # (n,) the number in the input of each vertex of the result; -1 if it was added
+    vertices: NDArray[np.int64]  # (n,) the number that each vertex of the result has in the input; -1 if it was added
     faces: NDArray[np.int64]  # (m,) the number of the input's face with the same corners; -1 if the face was added
     followed: bool  # whether the elements could be followed through the steps; if not, all count as added
 
@@ -109,7 +109,7 @@ class Moved:
     rms: float  # the root mean square
     most: float  # the 99th percentile
     largest: float  # the largest displacement
-    vertex: int  # the number of its vertex in the result
+    vertex: int  # the number of the vertex with this displacement, in the result
     place: tuple[float, ...]  # the place of that vertex in the result, (x, y, z)
     edges: float | None  # the largest displacement in mean edges of the input; None if it has no edges
     mean_edges: float | None  # the mean displacement in mean edges
@@ -135,7 +135,7 @@ class Part:
     share: float | None  # its share of the input's area; None if the input has no area
     pieces: int  # the number of connected pieces of the faces
     loose: int  # the number of pieces that share no vertex with the remaining faces
-    rims: int  # the number of pieces that share a vertex with those faces and reach the border of their mesh
+    rims: int  # the number of pieces that share a vertex with the remaining faces and reach the border of the mesh
     largest: tuple[Piece, ...] = ()  # up to twenty pieces, the largest area first
 
 
@@ -162,7 +162,7 @@ class ShapeChange:
     moved: Moved | None  # the displacement of vertices; None if there are no vertices to compare
     added: Part  # elements of the result that the input did not have
     removed: Part  # elements of the input that the result does not have
-    turned: int | None  # the faces whose normals turned by more than 90 degrees; None if elements were added or removed
+    turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
     folded: Folded | None  # the faces that were folded over; None if there are no more of them than before
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; from a sample of a large
     #: mesh. None if no vertex moved, or if the noise hides all relief
@@ -257,7 +257,7 @@ def warnings_of(
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
             f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
-            f"fold first, improve_triangles before this recipe makes them regular{_advice('; or ', remedies)}"
+            f"fold first: improve_triangles, run before this recipe, makes them regular{_advice('; or ', remedies)}"
         )
     if erased:
         yield (
@@ -268,7 +268,7 @@ def warnings_of(
 
 
 def milder(steps: Sequence[Step]) -> str:
-    """Returns advice to smooth less: a smaller setting of the recipe, or else a parameter; empty if there is none."""
+    """Returns advice to smooth less: a smaller value of a setting, or else of a parameter; empty if neither can be smaller."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
@@ -384,7 +384,7 @@ def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance
 
 
 def _map(origins: Origins, tolerance: float) -> MeshData:
-    """The result with displacements as vertex scalars, states as face scalars, and both states as colours."""
+    """The result with displacements as vertex scalars, states as face scalars, and the states of both as colours."""
     result = origins.result
     vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.distances > tolerance, MOVED, KEPT))
     touched = (vertices[result.faces] == MOVED).any(axis=1)

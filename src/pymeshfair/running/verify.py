@@ -55,8 +55,8 @@ def verify_output(
     """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
     The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file;
-    `recorded` lifts this condition. The options that weaken a run, `allow_outside` and `unchecked`, must be given
-    again.
+    `recorded` lifts this condition. The options that weaken the checks of a run, `allow_outside` and `unchecked`, must be
+    given again.
 
     Raises:
         OutputError: the output has no provenance, or one that cannot be understood.
@@ -143,7 +143,7 @@ def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan)
 
 
 def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:
-    """Sentences on files that differ from their entries; with a `folder` they are looked up there, as they may have moved."""
+    """Sentences on files that differ from their entries; a `folder` replaces their recorded folder, as they may have moved."""
     for entry in entries:
         path = Path(entry["path"]) if folder is None else folder / Path(entry["path"]).name
         if not path.is_file():

@@ -22,7 +22,7 @@ _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-_DELETED = "by its version, MeshLab deleted the input, the result or both; now nothing is deleted, and the result is current"
+_DELETED = "MeshLab deleted the input, the result or both, by its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that had closed the holes; now on the whole mesh"
 
@@ -146,7 +146,7 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
 def _fact(
     facts: Sequence[Former], name: str, value: str, declared: Mapping[str, Parameter]
 ) -> str | Mapping[str, str] | tuple[str, str]:
-    """Today's name of a parameter; or equal values of today's parameters; or why it is left out, and what that changes."""
+    """Today's name of a parameter; or today's parameters with equivalent values; or why it is left out, and what that changes."""
     for former in facts:
         if name in former.renames:
             return former.renames[name]
@@ -221,7 +221,7 @@ def _upgraded_steps(
                 for s in script.steps[index + 1 :]
             )
             meaning = _DELETED if by_version or any(layers) else ""
-            what = "is left out: today it would delete the result of the step before, then the input"
+            what = "is left out: today it would delete the result of the step before, in MeshLab 2016 the input"
             changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
             continue
         if aged and _left_current_layer(step) and index + 1 not in deleting and line not in always_current:
@@ -242,14 +242,14 @@ def _left_current_layer(step: Step) -> bool:
 
 
 def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of the steps that delete the result of the step before, and deleted the input in MeshLab 2016."""
+    """The indices of the steps that today delete the result of the step before, but deleted the input in MeshLab 2016."""
     for index, (before, step) in enumerate(pairwise(steps), 1):
         if step.filter.python_name == "delete_current_mesh" and _left_current_layer(before):
             yield index
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of the steps without ``Selected``, which work only on the faces that Close Holes has selected."""
+    """The indices of steps after Close Holes without ``Selected``, which work only on the faces that it has selected."""
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name

@@ -10,7 +10,7 @@ from .guards import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
-#: a length is out of proportion if it is above this part of the diagonal and this multiple of its default, or below a small part
+#: a length is out of proportion above this part of the diagonal and this multiple of its default, or below this small part
 _LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
 _NEW_LAYER = ("create_", "generate_")
 _MANY_LAYERS = "generate_splitting_by_connected_components"  # makes one layer for each component of the mesh
@@ -92,7 +92,7 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
 
 
 def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:
-    """The problem with a value that names a missing layer or file; None if there is none, or if only the run can show it."""
+    """The problem with a value that names a missing layer or file; None without a problem, or if only the run can show it."""
     wanted: Any = step.values.get(parameter.name)
     if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
         there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"
