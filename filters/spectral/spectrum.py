@@ -150,7 +150,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # For a bound on S_ii / M_i a vertex needs S_ii / bound - M_i more mass. With bounds[k] the k + 1 stiffest take `_ADDED`.
+    # For a bound on S_ii / M_i a vertex needs S_ii / bound - M_i more mass. With bounds[k] the k + 1 stiffest share `_ADDED`.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # The bound rises with k as long as the next vertex exceeds it. So the highest bound belongs to all vertices that exceed it.
     bound = float(bounds.max(initial=0.0))
