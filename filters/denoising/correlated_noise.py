@@ -101,7 +101,7 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 
 def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, bool]:
-    """Returns the deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
+    """Returns the standard deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
         return 0.0, False
     on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))

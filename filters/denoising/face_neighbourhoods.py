@@ -29,10 +29,10 @@ _SIZE = 6
 
 
 class FaceNeighbourhoods(NamedTuple):
-    """Neighbours of each face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i; by rings unless "geodesic"."""
+    """The neighbours of each face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i."""
 
     offsets: Longs  # (m + 1,) int64
-    neighbours: Ints  # int32
+    neighbours: Ints  # int32; nearer rings come first, except in "geodesic" neighbourhoods
 
 
 def face_neighbourhoods(
@@ -43,7 +43,7 @@ def face_neighbourhoods(
     "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
 
     Raises:
-        FilterInputError: an unknown kind, or a kind that needs centres and a radius above 0 but lacks one of them.
+        FilterInputError: an unknown kind; or no centres, or no radius above 0, for a kind that needs both.
     """
     check_choice("neighborhood", kind, Neighborhood)
     touching = _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
@@ -107,7 +107,7 @@ class Adjacency:
     def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
         """Returns the adjacency of a triangle mesh; faces are reordered in memory if that saves time in `sweeps` filter passes.
 
-        With 0 sweeps faces keep their order. Reordering changes bits of sums over all faces, but not of sums around one.
+        With 0 sweeps faces keep their order. Reordering may change bits of sums over all faces, never of sums around one face.
         """
         sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
         reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))

@@ -1,6 +1,6 @@
 """Filters of face normals: settings, weights, and the weighted mean of each normal and its neighbours.
 
-At borders a one-sided mean is biased inwards; a local linear fit replaces it there.
+At a border all neighbours lie on one side and bias the mean; a local linear fit replaces the mean there.
 """
 
 import math
@@ -17,7 +17,7 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, exponential, weigh
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
 
-#: Kernels of the distance between centres: an M-estimator, or "constant" for no kernel.
+#: Kernels of the distance between face centres: an M-estimator, or "constant" for no kernel.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
 SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 

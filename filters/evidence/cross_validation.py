@@ -37,7 +37,7 @@ class Trial(Generic[Label]):
 
 @dataclass(frozen=True)
 class Choice(Generic[Label]):
-    """The chosen candidate, and all candidates that were tried on all held-out vertices, in order."""
+    """The chosen candidate, and all candidates that were tried on all held-out vertices, in the order of their labels."""
 
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]
@@ -116,7 +116,7 @@ def cross_validate(
     """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. The remaining sets are skipped once at most one other is left.
+    which should do nothing, always stays. If all but the best are that much worse, the remaining sets are skipped.
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by

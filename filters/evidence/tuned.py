@@ -18,8 +18,8 @@ CLIP = 4.0
 #: The median at a held-out vertex is over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges on its
 #: halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7 times. 40 to 90 choose the same.
 NEAR = 60
-#: A setting that flips a larger share of faces loses to a rival that flips half as many: without it 1.73 and 2.17 on a bunny with
-#: sparse noise.
+#: A setting that flips a larger share of faces loses to a rival that flips at most half as many: without it 1.73 and 2.17 on a
+#: bunny with sparse noise.
 FLIPPED = 0.003
 
 # No noise.
@@ -28,9 +28,9 @@ NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on figures with noise of 0.1 edges.
 SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Nine
-#: of ten sure choices are within 5 % of the best setting; with any number of rivals 3 of 4, at correlations of 0.05 to 0.1 half.
+#: of ten sure choices are within 5 % of the best setting; 3 of 4 with any number of rivals, half at correlations of 0.05 to 0.1.
 SURE, RIVALS = 0.05, 2
-#: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more, weak noise that should go up to 0.153.
+#: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
 #: level, other filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times those elsewhere in uneven noise, up
@@ -38,7 +38,7 @@ SURFACE_WHERE_CALM = 0.16
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
-#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on parts, figures and surfaces.
+#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, figures and surfaces.
 EVEN = 1.3
 #: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and show no uneven noise.
 WEAK = 0.05
@@ -59,12 +59,12 @@ CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise: depth maps have 0.033, fused maps 0.02 and more. Maps without
 #: noise have up to 0.012, smoothed fused scans 0.015.
 INDEPENDENT = 0.02
-#: Rounded meshes get the setting with the least roughness * (distance of vertices from rounding intervals + this), in steps.
+#: Rounded meshes get the setting with the least roughness * (this + distance of vertices from rounding intervals, in steps).
 OUT_OF_STEP = 0.08
-#: A rounded mesh has at least this share of faces parallel to a level: 3 % with steps of a third of an edge, 80 % with an edge.
+#: A rounded mesh has at least this share of faces parallel to a level: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
 #: Fourth-order differences of a rounded surface differ from step / sqrt(12) by less than this factor: they are 0.9 to 1.9 times
-#: as large, those of designed parts up to 0.4 times or 6 times.
+#: as large, those of designed parts up to 0.4 times, or 6 times as large.
 ROUNDED = 2.0
 
 # Clouds.

@@ -1,4 +1,4 @@
-"""Region fairing: gives a region between fixed rings least area, bending or curvature change [botsch2004]; fills in colours.
+"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -26,7 +26,7 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
 # The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
-# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean (edges of 1e-10) count as 0.
+# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 

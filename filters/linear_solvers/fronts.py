@@ -239,7 +239,7 @@ def _factorise(
 
 @compiled
 def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
-    """Returns the row count of the widest front in some groups, and the largest entry count of the stack of waiting updates."""
+    """Returns the row count of the widest front of the groups, and the largest entry count of the stack of waiting updates."""
     widest, most, held, top = 0, 0, 0, 0
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     for g in groups:

@@ -22,7 +22,7 @@ BANDS = 3
 SHORTEST = 0.5
 #: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
-#: The most mass that is added at slivers, as a share of the area.
+#: Largest mass that is added at slivers in all, as a share of the area.
 _ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600  # the bounds of the automatic number of Lanczos steps
 
@@ -31,8 +31,8 @@ _FEWEST_STEPS, _MOST_STEPS = 100, 600  # the bounds of the automatic number of L
 class Spectrum:
     """Energy of the coordinates against frequency.
 
-    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over the coordinates p = x, y and z; vertex
-    areas M are weights. All energies add up to the mean squared distance of the surface from the centroids of its components.
+    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over the coordinates p = x, y and z, with
+    vertex areas M as weights. All energies add up to the mean squared distance from the centroids of the components.
 
     Attributes:
         frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
@@ -170,7 +170,7 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
 _BLOCK = 4096
 #: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
-#: The most iterations for an eigenvalue; two are usual.
+#: Largest number of iterations for an eigenvalue; two are usual.
 _MOST_ITERATIONS = 60
 
 

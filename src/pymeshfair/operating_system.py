@@ -1,7 +1,7 @@
 """Features that depend on the operating system: process groups, memory limits, file locks, flushing folders to disk.
 
 `this_system` returns the features of this machine. Without POSIX, as on Windows, everything works with less protection, as each
-method says. The environment variable `FORCE_PORTABLE` switches POSIX features off on any system.
+method says. The environment variable named by `FORCE_PORTABLE` switches POSIX features off on any system.
 """
 
 import contextlib
@@ -96,7 +96,7 @@ class System:
                 Path("/proc/self/clear_refs").write_text("5", "ascii")
 
     def try_lock(self, file: IO[bytes], *, alone: bool) -> bool | None:
-        """Tries to take an exclusive (`alone`) or shared lock of a file; returns whether it did, None on a system without locks."""
+        """Tries to take an exclusive (`alone`) or shared lock of a file; returns whether it did, None if there are no locks."""
         if not self.is_posix:
             return None
         import fcntl

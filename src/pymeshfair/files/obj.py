@@ -295,7 +295,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
-    """Parses the indices ``vertex/texture coordinate/normal`` on lines: 1 is the first row, -1 the last row before the line."""
+    """Parses indices ``vertex/texture coordinate/normal`` on lines: 1 is the first of its kind, -1 the last before the line."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
     lengths = tokens.lengths
@@ -400,7 +400,7 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """Returns the files of ``mtllib`` lines, and the names without a file; a line has one name with blanks, or several names."""
+    """Returns the files of ``mtllib`` lines, and names without a file; a line has one name, perhaps with blanks, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
@@ -444,7 +444,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices moved, corners that share vertex and normal get the mean of their face normals by angle: creases stay.
+    If vertices moved, corners that share vertex and normal get the angle-weighted mean of their face normals: creases stay.
     """
     vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):

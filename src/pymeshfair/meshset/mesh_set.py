@@ -33,9 +33,9 @@ class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
 class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     """A set of meshes that filters are applied to, a drop-in replacement for `pymeshlab.MeshSet`.
 
-    Filters of plugins, also those of pymeshfair, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a step
-    of filter scripts. They change the current mesh in place and keep all its other data. A `pymeshlab.Mesh` that was fetched
-    before shows the new state.
+    Filters of plugins, also those of pymeshfair, behave like those of MeshLab: each is a method, a name for `apply_filter`, and
+    a step of filter scripts. They change the current mesh in place and keep all its other data. A `pymeshlab.Mesh` that was
+    fetched before shows the new state.
 
     A filter that moves the vertices of a mesh with faces uses up one layer id of MeshLab; a filter that adds elements uses up
     two. So the ids of later layers skip numbers. Scripts do not count these ids.

@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points that coincide with an earlier point; takes pairs (first row, bucket) of all buckets that may share places."""
+    """Marks points that coincide with an earlier point; takes pairs (first row, bucket) of all buckets that may hold both."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()

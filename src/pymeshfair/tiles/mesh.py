@@ -183,7 +183,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks that move vertices of a mesh. Each works on the cells from `first` to before `last`, and can be repeated."""
+    """The tasks that move vertices of a mesh. Each task works on the cells from `first` to before `last`, and can be repeated."""
 
     surface: Surface
 

@@ -255,7 +255,7 @@ class StrayTiles(PointTiles):
         return outliers.thicknesses(np.concatenate([points, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
-        """Returns the lower median of the spacings; reads `size` spacings at a time; each of four passes finds 16 bits."""
+        """Returns the lower median of the spacings, read `size` at a time; each of four passes finds 16 bits of the median."""
         rank, prefix = (self.cells.count - 1) // 2, 0
         for shift in (48, 32, 16, 0):
             counts = np.zeros(1 << 16, np.int64)
@@ -274,7 +274,7 @@ class StrayTiles(PointTiles):
         points = links.read_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.read_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
         outliers.cut_links(points, numbers, links.to, reaches, lasts)
-        self.links.write(links.begin, np.append(links.slots, outliers.NO_LINK)[links.to])  # the index -1 is `NO_LINK`
+        self.links.write(links.begin, np.append(links.slots, outliers.NO_LINK)[links.to])  # index -1 selects `NO_LINK`
         counts = outliers.linked_to(links.to, np.ones(len(points), np.bool_))
         chosen = self._rule.on_surface(links.read_inside(self.spacings), median, links.read_inside(self._thicknesses), counts)
         self._chosen(0).write(links.begin, chosen)

@@ -104,7 +104,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
     Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
-    after any filter of MeshLab. New layers come last, and the first of them becomes the current layer.
+    after any filter of MeshLab. New layers are added at the end, and the first of them becomes the current layer.
 
     If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
