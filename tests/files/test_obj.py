@@ -91,7 +91,7 @@ def test_the_parts_of_a_file(tmp_path: Path) -> None:
         "objects (1)",
         "smoothing groups (1)",
         "point elements (1)",
-        "that 1 of its faces have no texture coordinates: they get 0 0",
+        "faces without texture coordinates, which get 0 0 (1)",
         "map_Bump of the material file two words.mtl",
     )
 

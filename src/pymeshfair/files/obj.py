@@ -190,9 +190,9 @@ def read_obj(path: Path, references: References) -> Reading:
         starts = np.cumsum(corners.lengths) - corners.lengths
         pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
         if bare_faces := int((pairs == 0).sum()):
-            notes[f"that {bare_faces:,} of its faces have no texture coordinates: they get 0 0"] = None
+            notes[f"faces without texture coordinates, which get 0 0 ({bare_faces:,})"] = None
         if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
-            notes[f"that {partly:,} of its faces have texture coordinates only at some corners"] = None
+            notes[f"faces with texture coordinates only at some corners ({partly:,})"] = None
     elif len(coordinates):
         notes[f"texture coordinates that no face names ({len(coordinates):,})"] = None
     uses = lines_of(tokens, b"usemtl")
@@ -320,7 +320,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         if not is_named.any() or (slot and keyword == "l"):
             continue
         if slot and not counts[_KEYWORDS[kind]]:
-            notes[f"that its faces name {_KEYWORDS[kind]}, of which it has none"] = None
+            notes[f"indices of {_KEYWORDS[kind]}, which the file does not have"] = None
             continue
         index, line = values[is_named], line_of[is_named]
         so_far = np.cumsum(tokens.keywords == word(kind.encode()))[line]
