@@ -27,7 +27,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # The same for fused maps, whose noise is correlated over five edges or more. The measure is the quantile at one third: the
 # calmest faces were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# Sampling of scans: residuals are good enough three edges from a border, and patches large enough for forty filter iterations.
+# Sampling of scans: residuals are good enough three edges from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
 
@@ -47,7 +47,7 @@ def setting_of_rounded(
     unit = mean_edge_length(smooth, scan.faces)
 
     def measures(result: Floats) -> tuple[float, float]:
-        """Returns the distance of the vertices from their rounding intervals, in steps, and the product with the roughness."""
+        """Returns the distance of the vertices from their rounding intervals, in steps, and its product with the roughness."""
         distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
         out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
@@ -64,7 +64,7 @@ def setting_of_rounded(
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> Choice[Setting] | None:
-    """Chooses the setting for noise that neighbours share; None if it is not shared or no edge can be judged.
+    """Chooses the setting for noise that neighbours share; None without such noise or if no edge can be judged.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
     `estimate_noise`. Fixed vertices do not count.
@@ -101,7 +101,7 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 
 def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, bool]:
-    """Returns the deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
+    """Returns the standard deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
     if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
         return 0.0, False
     on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))
@@ -118,7 +118,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
 
 
 class NoiseField(NamedTuple):
-    """A model of the noise on a surface: a sum of white noises, each smoothed by another number of steps."""
+    """A model of the noise on a surface: a sum of white noises, each smoothed by a different number of steps."""
 
     variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 without scored vertices
     heights: Floats  # (n,) a sample of the noise along the normals, the same for the mesh moved, turned or renumbered
@@ -131,7 +131,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the mean over the one-ring. The residuals of
     the points p at scale m are (I - W^m)^2 p. The measure at a scale is the quantile `calmest` of their local mean squares. For
     each width, the first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too.
-    The variances are the non-negative weights with which these measures add up to those of the surface, with the least error.
+    The variances are the non-negative weights for which the weighted sum of these measures is closest to those of the surface.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))

@@ -15,24 +15,24 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces whose centres are within a distance, and which are connected by such
-#: faces. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: steps between faces that share a vertex. "radius": faces with centres within a distance, reached by such steps over such faces
+#: only. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
-# The radius, in mean distances of neighbouring face centres, that covers about one ring of faces that share a vertex.
+# The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
 # The `size` for `worth_reordering`: a mesh has two faces for each vertex, and a pass reads a row of 8 numbers for each face.
 _SIZE = 6
 
 
 class FaceNeighbourhoods(NamedTuple):
-    """The neighbours of each face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first."""
+    """The neighbours of each face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i."""
 
     offsets: Longs  # (m + 1,) int64
-    neighbours: Ints  # int32
+    neighbours: Ints  # int32; nearer rings come first, except in "geodesic" neighbourhoods
 
 
 def face_neighbourhoods(
@@ -43,7 +43,7 @@ def face_neighbourhoods(
     "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
 
     Raises:
-        FilterInputError: no such neighbourhood, or no radius.
+        FilterInputError: an unknown kind; or no centres, or no radius above 0, for a kind that needs both.
     """
     check_choice("neighborhood", kind, Neighborhood)
     touching = _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")
@@ -93,13 +93,13 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 class Adjacency:
     """The face neighbourhoods of a mesh, shared by all filter passes on meshes with the same faces."""
 
-    # None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh. It puts neighbours near each other
-    # in memory and changes no result.
+    # None, or (n,) a permutation: point i here is point ``places[i]`` of the normalised mesh. The permutation puts neighbours
+    # near each other in memory and changes no result.
     places: Ints | None
     faces: Ints  # (m, 3) the triangles, as indices of the permuted points
     at_vertices: VertexFaces  # the faces at each permuted point, in the order of the faces of the mesh
     on_border: Bools  # (n,) which points are on a border
-    ends: bool = True  # whether the surface ends at the border; False if the mesh is cut out of a larger one
+    ends: bool = True  # whether the surface ends at the border; False if the mesh is cut out of a larger mesh
     face_places: Ints | None = None  # None, or (m,) a permutation: triangle f here is triangle ``face_places[f]`` of the mesh
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
@@ -107,7 +107,7 @@ class Adjacency:
     def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
         """Returns the adjacency of a triangle mesh; faces are reordered in memory if that saves time in `sweeps` filter passes.
 
-        With 0 sweeps faces keep their order. Reordering keeps the bits of sums around a face or a vertex, not of those over all.
+        With 0 sweeps faces keep their order. Reordering may change bits of sums over all faces, never of sums around one face.
         """
         sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
         reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
@@ -129,13 +129,13 @@ class Adjacency:
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
-        """Returns the neighbourhoods of any kind; the radius is in mean distances of the face centres at the (n, 3) points."""
+        """Returns the neighbourhoods of any kind at (n, 3) points; `radius` is in mean centre distances of edge neighbours."""
         if kind in RINGS_OF_NEIGHBORHOOD:
             return self.around(kind)
         table = measure_faces(points, self.faces)
         reach = radius * mean_centre_distance(table, self.around("edge"))
         if not reach > 0.0:
-            # All centres coincide, so a radius selects nothing.
+            # There are no edge neighbours, or their centres coincide: the unit of the radius is 0.
             return self.around("vertex")
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
@@ -198,7 +198,7 @@ def _visit(
     first: int,
     last: int,
 ) -> None:
-    """Lists for `_listed` the faces within `rings` steps, and with `centres` only those within a squared distance."""
+    """Lists for `_listed` the faces within `rings` steps; with `centres`, steps go only to faces at most sqrt(`square`) away."""
     near_offsets, near = touching
     seen = np.full(near_offsets.shape[0] - 1, -1, dtype=np.int32)
     queue = np.empty(64, dtype=np.int32)
@@ -235,8 +235,8 @@ def _visit_within(
     """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
     A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
-    lines; across a right-angled edge they are up to 29 % shorter than on the surface. Shortened paths are passed on until no path
-    changes, which for few faces is faster than a priority queue. Faces are listed in the order of the search.
+    lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. Shortened paths are passed on until
+    no path changes; for few faces this is faster than a priority queue. Faces are listed in the order of the search.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

@@ -1,6 +1,6 @@
 """Filters of face normals: settings, weights, and the weighted mean of each normal and its neighbours.
 
-At borders a one-sided mean is biased inwards; a local linear fit replaces it there.
+At a border all neighbours lie on one side and bias the mean; a local linear fit replaces the mean there.
 """
 
 import math
@@ -17,7 +17,7 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, exponential, weigh
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
 
-#: Kernels of the distance between centres: an M-estimator, or "constant" for no kernel.
+#: Kernels of the distance between face centres: an M-estimator, or "constant" for no kernel.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
 SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 
@@ -25,18 +25,18 @@ SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
 RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 
 #: "mean": the weight is the area [belyaev2001]. "unilateral": area times a kernel of the deviation of normals [yadav2021].
-#: "bilateral": this times a kernel of the distance [zheng2011]. "averaged": bilateral, but deviations are between the means of
-#: normals over the faces that share a vertex. "guided": bilateral, but deviations are between guide normals [zhang2015].
-#: "vertex_normals": bilateral on vertex normals; a face gets the mean of those at its corners; for comparison only.
+#: "bilateral": the unilateral weight times a kernel of the distance [zheng2011]. "averaged": bilateral, but the deviations are
+#: those of normals averaged over "vertex" neighbourhoods. "guided": bilateral, but with deviations of guide normals [zhang2015].
+#: "vertex_normals": bilateral on vertex normals; a face gets the mean normal of its corners; for comparison only.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 # About this number of neighbours is weighted at once: few enough to stay in the cache.
 _BATCH = 256
-# The ridge of the trend fit, as a share of the trace of the second moments: it suppresses a trend across faces in a row.
+# The ridge of the trend fit, as a share of the trace of the second moments. It suppresses a trend across a single row of faces.
 _RIDGE = 0.02
 # The mean moves towards the trend by the share 1 - `_SHRINKAGE` * variance / squared shift, at least 0 [james1961].
 _SHRINKAGE = 2.0
-# Number of coefficients of a trend for each component.
+# Number of coefficients of a trend for each component of the normal.
 _COEFFICIENTS = 3.0
 
 
@@ -54,16 +54,16 @@ class NormalFilter:
             "lorentzian" and "gaussian" suit smooth shapes.
         space_kernel: f; not used by "mean" and "unilateral".
         range_measure: definition of the deviation x of two normals.
-        range_sigma: the scale of g, in the unit of the measure. Larger smooths more and across sharper features. For "gaussian"
-            the standard deviation.
+        range_sigma: the scale of g, in the unit of the measure; the standard deviation for "gaussian". A larger scale smooths
+            more, and across sharper features.
         range_floor: lower bound of the deviations, in the unit of the measure. "l1" and "truncated_l1" have the weight 1 / x and
             would lock two normals that agree by chance; a bound such as 0.03 prevents this.
-        space_sigma: the scale of f, in mean distances of the centres of faces that share an edge. Larger smooths larger details,
-            as far as the neighbourhood reaches. For "gaussian" the standard deviation.
-        neighborhood: the faces to average over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
-            With "vertex_normals": rings of vertices (one ring for "edge" and "vertex"), and distances are in mean edges.
+        space_sigma: the scale of f, in mean distances of the centres of faces that share an edge; the standard deviation for
+            "gaussian". A larger scale smooths larger details, as far as the neighbourhood reaches.
+        neighborhood: the faces to average over; see `Neighborhood`. More faces smooth larger details and take more time. The
+            method "vertex_normals" uses rings of vertices ("edge" and "vertex": one ring), with distances in mean edges.
         radius: radius of the neighbourhoods "radius" and "geodesic", in mean distances of centres of adjacent input faces.
-        normal_iterations: number of filter passes. More smooth more.
+        normal_iterations: number of filter passes. More passes smooth more.
 
     Raises:
         FilterInputError: a value that is not allowed.
@@ -96,7 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether renumbering the faces changes no bit of the result: not with 'guided' (ties) and 'vertex_normals' (sums)."""
+        """Whether renumbering the faces changes no bit of the result; it changes ties of 'guided', sums of 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -129,7 +129,7 @@ class Weighting(NamedTuple):
 
 def _scale(kernel: str, sigma: float) -> float:
     scale = math.sqrt(2.0) * sigma if kernel == "gaussian" else float(sigma)
-    # With a scale near 0 only equal normals count.
+    # With a scale near 0 only equal normals, or equal centres, have a weight.
     return max(scale, 1e-150)
 
 
@@ -142,15 +142,15 @@ def weighted_normals(
     guide: Floats | None = None,
     cut_off: Ints | None = None,
 ) -> Floats:
-    """Returns (m, 3) n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j); a normal stays if all its weights are 0.
+    """Returns (m, 3) n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j); a normal stays if its sum is 0.
 
     The (m, 8) table of `measure_faces` has A and c; its normals are overwritten. x_ij is the deviation of the (m, 3)
     `guide` normals if given, else of the normals. At faces `cut_off` by a border the mean follows a trend, see `_follow_trend`.
     """
     result = np.empty_like(normals)
-    # So the kernel reads nearly everything about a neighbour from one table row.
+    # With the normals in the table, the kernel reads nearly all data of a neighbour from one row.
     table[:, NORMAL] = normals if guide is None else guide
-    # The arrays of `_neighbour_weights` have room for the largest neighbourhood and `_BATCH` more.
+    # The arrays of `_neighbour_weights` have room for the largest neighbourhood and `_BATCH` more neighbours.
     size = _BATCH + int(np.diff(neighbourhoods.offsets).max(initial=0)) + weighting.itself
     arguments = table if guide is None else normals, table, neighbourhoods, weighting, size, result
     over_range(_weighted_means, len(normals), *arguments)
@@ -167,7 +167,7 @@ def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourho
     return result
 
 
-# A separate kernel, since it needs no distances and deviations.
+# A separate kernel, since this mean needs neither distances nor deviations.
 @compiled(nogil=True)
 def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first: int, last: int) -> None:
     for i in range(first, last):
@@ -235,13 +235,13 @@ def _faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: 
     return stop
 
 
-# Each step is a separate loop over contiguous arrays, so that it is vectorised, and over the neighbours of several faces, since
-# short loops are slower. Unsigned indices save the test for negative ones.
+# Each step is a separate loop over contiguous arrays, which the compiler vectorises. The loop covers the neighbours of several
+# faces, since short loops are slower. Unsigned indices save the test for negative indices.
 @compiled(nogil=True, error_model="numpy")
 def _neighbour_weights(
     first: int, last: int, rows: Floats, neighbourhoods: FaceNeighbourhoods, weighting: Weighting, room: _Room
 ) -> int:
-    """Fills `room` with neighbours of faces (if `itself`, each face first) and weights, area times kernels; returns the count."""
+    """Fills `room` with the neighbours of faces (if `itself`, each face first) and their weights; returns their number."""
     offsets, neighbours = neighbourhoods
     range_code, range_scale, measure, floor, space_code, space_scale, itself = weighting
     near, weights, squares, distances = room
@@ -284,7 +284,7 @@ def _neighbour_weights(
 
 @compiled(nogil=True)
 def _follow_trend(
-    which: Ints,
+    faces: Ints,
     normals: Floats,
     rows: Floats,
     around: FaceNeighbourhoods,
@@ -294,7 +294,7 @@ def _follow_trend(
     first: int,
     last: int,
 ) -> None:
-    """Replaces the weighted mean of normals of some faces by the value of a linear fit at the face centre.
+    """Replaces the weighted mean normal of each face in `faces` by the value of a linear fit at the face centre.
 
     With the weights w_j of the mean and x_j = c_j - c_i, least squares fit the normals n_j by b + G x_j, with a ridge on G
     [cleveland1979]. The mean a differs from the fit b by G times the mean of x_j, and at a border this mean is far from 0. The
@@ -304,7 +304,7 @@ def _follow_trend(
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for at in range(first, last):
-        i = which[at]
+        i = faces[at]
         count = _neighbour_weights(i, i + 1, rows, around, weighting, room)
         total = squares = 0.0
         mean[:], mean_x[:], second[:], mixed[:] = 0.0, 0.0, 0.0, 0.0
@@ -325,7 +325,7 @@ def _follow_trend(
         ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
         for u in range(3):
             second[u, u] += ridge
-        # The effective number of neighbours: a mean of this many with equal weights would have the same variance.
+        # The effective number of neighbours: the mean of this many normals with equal weights has the same variance.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _COEFFICIENTS and ridge > 0.0):
             continue

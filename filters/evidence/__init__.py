@@ -1,4 +1,4 @@
-"""Evidence for the choice among filters: how well each one predicts held-out vertices."""
+"""Evidence for the choice among filters: how well each filter predicts held-out vertices."""
 
 from . import tuned
 from .cross_validation import Candidates, Choice, Scores, Trial, cross_validate, initial_positions, measured, scores_of

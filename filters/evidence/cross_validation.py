@@ -19,9 +19,9 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: One iterator for each family of filters, over its (n, 3) results. Threads read each iterator only as far as needed.
+#: For each family of filters, one iterator over its (n, 3) results. Threads read each iterator only as far as needed.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
-#: Returns the runs for (n, 3) vertices and the indices of the held-out ones.
+#: A function that takes (n, 3) vertices and the indices of the held-out vertices, and returns the runs.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 
@@ -37,7 +37,7 @@ class Trial(Generic[Label]):
 
 @dataclass(frozen=True)
 class Choice(Generic[Label]):
-    """The chosen candidate, and all candidates that were tried on all held-out vertices, in order."""
+    """The chosen candidate, and all candidates that were tried on all held-out vertices, in the order of their labels."""
 
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]
@@ -70,10 +70,10 @@ class Scores(NamedTuple):
 def scores_of(deviations: Floats, near: Ints | None = None) -> Scores:
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
-    A deviation counts as q = min(|r|, max(4 m, 0.05))^2, where m is the smallest median of |r| among the candidates. With (h, c)
-    indices `near`, m is the median over the vertices near each one, of that candidate. This removes the effect of outliers; the
-    bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least mean q. The excess of
-    candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
+    A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
+    (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
+    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least
+    mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
@@ -91,9 +91,9 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Returns a function from the indices of held-out vertices to (n, 3) points with these vertices at predicted positions.
 
-    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric through two rings: by the
-    way with smaller errors on the (n,) `scored` vertices, or by the mean if `by_means`. The (n, 3) points have a mean edge of 1,
-    the (n, 3) unit normals are smoothed.
+    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric through its two
+    rings. The prediction with smaller errors on the (n,) `scored` vertices is used; with `by_means`, always the mean. The (n, 3)
+    points have a mean edge of 1, the (n, 3) unit normals are smoothed.
     """
     rings, indices = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:
@@ -113,15 +113,15 @@ def cross_validate(
     stays: float = tuned.STAYS,
     progress: Progress = ignore_progress,
 ) -> Choice[Label]:
-    """Runs the candidates once for each set of held-out vertices and chooses the one with the least prediction error.
+    """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. The remaining sets are skipped once a single candidate is left.
+    which should do nothing, always stays. If all but the best are that much worse, the remaining sets are skipped.
 
-    The (n, 3) `points` say which held-out vertices are near each other, for `scores_of`; `held` are their indices, by sets.
-    `run` returns the results of the candidates for a set, by families; `labels` are their labels. `deviations` takes a set, the
-    number of a candidate and its result, and returns (h,) deviations in mean edges. `progress` is called after every family and
-    may raise to stop.
+    `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
+    `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by
+    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
+    `progress` is called after every family and may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
@@ -180,7 +180,7 @@ def measured(
     progress: Progress = ignore_progress,
     kept: Bools | None = None,
 ) -> list[Measure]:
-    """Returns `measure(number, result)` of each kept candidate (None: all); a family stops after its last kept candidate."""
+    """Returns `measure(number, result)` of each candidate in `kept` (None: all); a family stops after its last kept candidate."""
     starts, measures = np.cumsum([0, *map(len, labels)]), dict[int, Measure]()
     wanted = np.ones(starts[-1], dtype=np.bool_) if kept is None else kept
 

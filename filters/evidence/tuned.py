@@ -15,62 +15,62 @@ STAYS = 2.0
 MASKS = 8
 #: Deviations are clipped at this multiple of the median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
-#: This median is over so many held-out vertices near each one. Over all of them, a house with noise of 0.05 and 0.3 edges on its
-#: halves ends at 1.7 times the mean angle of the best setting, with 60 at 1.03; 40 to 90 choose alike.
+#: The median at a held-out vertex is over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges on its
+#: halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7 times. 40 to 90 choose the same.
 NEAR = 60
-#: A setting that flips a larger share of faces loses to a rival that flips half as many: without it 1.73 and 2.17 on a bunny with
-#: sparse noise.
+#: A setting that flips a larger share of faces loses to a rival that flips fewer than half as many: without it 1.73 and 2.17 on a
+#: bunny with sparse noise.
 FLIPPED = 0.003
 
 # No noise.
-#: A lower noise level counts as none: it moves no vertex by a hundredth of an edge. Clean surfaces have less in calm parts.
+#: A lower noise level counts as no noise. Clean surfaces have a lower level in their calm parts.
 NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on figures with noise of 0.1 edges.
 SURFACE = 0.1
-#: A choice is sure if neighbours correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Nine
-#: of ten are within 5 % of the best setting; with any number of rivals three of four, with correlations of 0.05 to 0.1 half.
+#: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Nine
+#: of ten sure choices are within 5 % of the best setting; 3 of 4 with any number of rivals, half at correlations of 0.05 to 0.1.
 SURE, RIVALS = 0.05, 2
-#: The same as `SURFACE` in the calmest third: clean meshes have 0.173 and more, weak noise to be removed has up to 0.153.
+#: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
 #: level, other filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times those elsewhere in uneven noise, up
-#: to 1.1 times for impulses. On a gear with noise along one axis the error is 8.3 without this rule, 1.3 with it.
+#: to 1.1 times for impulses. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
 LARGER = 1.2
-#: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise.
+#: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
-#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on parts, figures and surfaces.
+#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, figures and surfaces.
 EVEN = 1.3
 #: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and show no uneven noise.
 WEAK = 0.05
 
 # Impulse noise.
-#: Share of outliers. Impulse noise has more, uneven noise more than half of this; Gaussian has up to 0.003, clean meshes 0.007.
+#: Share of outliers. Impulse noise has a larger share, uneven noise over half of it; Gaussian up to 0.003, clean meshes 0.007.
 IMPULSIVE = 0.01
 #: The residual of an outlier exceeds this multiple of the deviation of the mesh, and of the median in its two rings.
 STANDS_OUT = 3.0
 
 # Correlated noise.
-#: The mean face normal of a depth map is longer than this; noisy maps have 0.5 and more.
+#: The mean face normal of a depth map is longer than this; noisy maps have a length of 0.5 and more.
 FACING = 0.4
 #: Depth maps have more than this share of squared residuals along one direction: 0.9 or more (lens up to 45 degrees); others 0.6.
 ON_LINES = 0.75
-#: A fused map has more than this share of edges shorter than a quarter of the mean: 7 to 10 %; other meshes have up to 5.5 %.
+#: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
 CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise: depth maps have 0.033, fused maps 0.02 and more. Maps without
 #: noise have up to 0.012, smoothed fused scans 0.015.
 INDEPENDENT = 0.02
-#: Added to the distance of vertices from their rounding intervals, in steps, before it is multiplied by the roughness.
+#: Rounded meshes get the setting with the least roughness * (this + distance of vertices from rounding intervals, in steps).
 OUT_OF_STEP = 0.08
-#: A rounded mesh has at least this share of faces within levels: 3 % with steps of a third of an edge, 80 % with a whole edge.
+#: A rounded mesh has at least this share of faces parallel to a level: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
-#: Fourth-order differences of a rounded surface are 1 / sqrt(12) steps within this factor: 0.9 to 1.9 times as large. Those of
-#: designed parts are up to 0.4 times, or 6 times as large.
+#: Fourth-order differences of a rounded surface differ from step / sqrt(12) by less than this factor: they are 0.9 to 1.9 times
+#: as large, those of designed parts up to 0.4 times, or 6 times as large.
 ROUNDED = 2.0
 
 # Clouds.
 #: A cloud with less noise in its calmest part, in spacings, is clean. Exact surfaces and smoothed scans have at most half of it.
 CLOUD_NO_NOISE = 0.03
-#: With independent noise neighbours correlate by less than this, by -0.2 to -0.1; with strong noise by up to 0.28.
+#: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 if it is strong.
 CLOUD_INDEPENDENT = -0.085
-#: The noise level in the calmest part for noise of half a spacing. Above this level a quarter of the points is judged instead.
+#: The level in the calmest part for noise of half a spacing. Above it, if residuals correlate, a quarter of the points is judged.
 CLOUD_THICK = 0.33

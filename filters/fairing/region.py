@@ -1,4 +1,4 @@
-"""Region fairing: places a region between fixed rings with least area, bending or bending change [botsch2004]; fills in colours.
+"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -26,7 +26,7 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
 # The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
-# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean (edges of 1e-10) count as rounding.
+# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
@@ -88,7 +88,7 @@ def fair_region(
     Raises:
         FilterInputError: not a mesh, or an unknown energy. Also a connected part of the free vertices without a fixed neighbour,
             such as a whole closed component: its place is undetermined. Also a part with fewer than three fixed vertices within k
-            rings, or with all of them in one line: it would shrink to them. Also a vertex that would be moved by more than twice
+            rings, or with all of them in one line: the part would shrink. Also a vertex that would be moved by more than twice
             the diagonal of the region with its rings, even when placed by connectivity alone.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
@@ -114,7 +114,7 @@ def fair_region(
         spiky[:] = False
         spiky[places] = spikes(before, solution.values, extent)
     except ConvergenceError:
-        pass  # the failing element is unknown: all count as spikes
+        pass  # the failing element is unknown: all vertices count as spikes
     if spiky.any():
         operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)
@@ -166,8 +166,8 @@ class _System(NamedTuple):
 
 
 def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -> _System:
-    # Masses are divided by their mean so that powers stay ordinary numbers; a common factor does not change the solution. Border
-    # vertices get 0, because a Laplacian needs a closed star.
+    # Masses are divided by their mean so that their powers neither overflow nor underflow; this does not change the solution.
+    # Border vertices get the inverse mass 0, because a Laplacian needs a closed one-ring.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
     columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
@@ -176,7 +176,7 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
-    """Limits the mass of each fixed vertex next to free ones to the mean mass of its free neighbours; returns all masses."""
+    """Limits the mass of each fixed vertex next to free vertices to the mean mass of its free neighbours; returns all masses."""
     beside = sparse.csr_matrix(operator.dirichlet != 0.0)[:, free].astype(np.float64)
     count = np.asarray(beside.sum(axis=1)).ravel()
     rim = ~free & (count > 0.0)
@@ -222,7 +222,7 @@ def _check_held(system: _System, part: Submesh) -> None:
 
 
 def _in_line(points: Floats) -> bool:
-    """Whether all points lie, to rounding, on the line through the first point and the one farthest from it."""
+    """Whether all points lie, up to rounding errors, on the line through the first point and the point farthest from it."""
     offsets = points - points[0]
     lengths = np.linalg.norm(offsets, axis=1)
     far = int(lengths.argmax())
@@ -285,7 +285,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
     If edges and angles differ by orders of magnitude, so do masses and weights. A vertex with almost no mass costs nothing
     wherever it lies, so an energy makes a spike of it to save a little elsewhere. In its component every edge then gets the
-    weight 2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
+    weight cot(60 degrees) and every vertex the same mass, as if all triangles were equilateral.
 
     `irregular` is (n,) which vertices became spikes with this operator. Returns the new operator, and (n,) which vertices lie in
     such components.

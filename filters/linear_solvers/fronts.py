@@ -15,11 +15,11 @@ from ..topology import sort_slice
 from .conjugate_gradients import CompressedRows
 from .nested_dissection import PARTS, dissected
 
-#: Columns that are eliminated together, and right-hand sides that one pass over the factors solves for.
+#: Number of columns that are eliminated together, and of right-hand sides that one pass over the factors solves for.
 _BLOCK, _TOGETHER = 8, 4
-#: Columns of a panel, eliminated before later columns are updated; and columns of a strip, the unit of these updates.
+#: Number of columns of a panel, which is eliminated before later columns are updated; and of a strip, the unit of these updates.
 _PANEL, _STRIP = 64, 32
-#: The work on a row of a front, in vertices of other kernels; compared with `SERIAL_BELOW`, it decides whether threads pay.
+#: A row of a front takes as much work as this many vertices in other kernels; `SERIAL_BELOW` counts such vertices.
 _WORK = 64
 
 
@@ -27,24 +27,24 @@ class Fronts(NamedTuple):
     """The plan of an elimination: groups of rows that are eliminated together and update the same later rows.
 
     Group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and updates the rows
-    ``rows[starts[g] : starts[g + 1]]``. Rows are numbered by their place in `order`. Parts are disjoint subtrees of groups. They
-    do not depend on each other, so threads share them; the groups above all parts follow on one thread.
+    ``rows[starts[g] : starts[g + 1]]``. Rows are numbered by their place in `order`. Parts are disjoint subtrees of groups in the
+    elimination tree. Threads eliminate the parts in parallel; the groups above all parts follow, one after the other.
     """
 
     order: Ints  # (n,) the row of the matrix at each place
     places: Ints  # (n,) the place of each row
     firsts: Longs  # (groups + 1,)
-    lows: Longs  # (groups,) the first row of the subtree below each group; the group adds the updates that wait from this subtree
+    lows: Longs  # (groups,) the first row of the subtree below each group; the group adds the waiting updates of this subtree
     starts: Longs  # (groups + 1,)
     rows: Ints  # the updated rows, ascending in each group
-    numbers: Longs  # (groups + 1,) where the entries of L of each group begin
-    parts: Longs  # (p, 2) the first group of each part, and the one after its last
+    numbers: Longs  # (groups + 1,) where each group's entries of L begin
+    parts: Longs  # (p, 2) the first group of each part, and the first group after it
     last: Longs  # the last group of each part and the groups above all parts, ascending
     above: Ints  # (n,) the index of each row among the rows that are in no part, -1 for rows of a part
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> Fronts:
-        """Plans the elimination of a symmetric pattern by nested dissection."""
+        """Plans the elimination for the sparsity pattern of a symmetric matrix by nested dissection."""
         entries = _compressed(matrix)
         order, firsts, lows = dissected(entries)
         places = np.empty_like(order)
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L (by groups, each column from the diagonal on) and D, (n,), of a matrix with this pattern or a part of it."""
+        """Returns L (by groups, each column from the diagonal on) and (n,) D of a matrix without entries outside the pattern."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
@@ -111,7 +111,7 @@ def _put_back(order: Ints, y: Floats, x: Floats) -> None:
 
 
 def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:
-    """Finds about `count` disjoint subtrees of similar size; returns their ranges of groups, (p, 2), and the groups above."""
+    """Returns about `count` disjoint subtrees of similar size, as (p, 2) ranges of groups, and the groups above all of them."""
 
     def subtrees(low: int, high: int) -> list[tuple[int, int]]:
         """Returns the largest subtrees with rows from `low` to before `high`, as ranges of groups."""
@@ -186,7 +186,7 @@ def _triangle(rows: int) -> int:
 def _factorise_parts(
     fronts: Fronts, matrix: CompressedRows, begins: Longs, updates: Floats, values: Floats, pivots: Floats
 ) -> None:
-    """Factorises the parts; writes their updates of later rows to `updates`, from `begins` on."""
+    """Factorises the parts; writes the updates that part p makes to later rows to `updates`, from ``begins[p]`` on."""
     for part in prange(fronts.parts.shape[0]):
         groups = np.arange(fronts.parts[part, 0], fronts.parts[part, 1])
         _factorise(fronts, matrix, groups, updates[begins[part] : begins[part + 1]], values, pivots, False)
@@ -239,7 +239,7 @@ def _factorise(
 
 @compiled
 def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
-    """The number of rows of the widest front of some groups, and the largest size of the stack of waiting updates."""
+    """Returns the row count of the widest front of the groups, and the largest entry count of the stack of waiting updates."""
     widest, most, held, top = 0, 0, 0, 0
     waiting = np.empty(groups.shape[0], dtype=np.int64)
     for g in groups:
@@ -259,7 +259,7 @@ def _room(fronts: Fronts, groups: Longs) -> tuple[int, int]:
 def _assemble(
     matrix: CompressedRows, order: Ints, places: Ints, first: int, eliminated: int, rows: Ints, local: Ints, front: Floats
 ) -> None:
-    """Copies the matrix entries of a group to its front, on and below the diagonal; `local` gets each row's index in it."""
+    """Copies a group's matrix entries on and below the diagonal to its front; `local` gets the index of each row in the front."""
     for k in range(eliminated):
         local[first + k] = k
     for k in range(rows.shape[0]):
@@ -276,7 +276,7 @@ def _assemble(
 
 @compiled(nogil=True)
 def _add(rows: Ints, update: Floats, local: Ints, front: Floats) -> None:
-    """Adds the update of these rows by an earlier group to a front."""
+    """Adds an earlier group's update of `rows` to a front."""
     begin, count = np.uint64(0), np.uint64(rows.shape[0])
     for j in range(count):
         column = front[np.uint32(local[rows[j]])]
@@ -314,7 +314,7 @@ def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
 
 @compiled(parallel=True)
 def _subtract_panel_by_threads(front: Floats, begin: int, end: int) -> None:
-    """Runs `_subtract_panel` for all strips; each thread gets long columns and short ones."""
+    """Runs `_subtract_panel` for all strips; each thread gets long and short columns."""
     count = -(-(front.shape[0] - end) // _STRIP)
     for k in prange(count):
         strip = k // 2 if k % 2 == 0 else count - 1 - k // 2
@@ -353,7 +353,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
 
 @compiled(parallel=True)
 def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
-    """Solves L y = b in place on the parts; sums up their updates of rows above in `aside`."""
+    """Solves L y = b in place on the parts; sums up each part's updates of rows above the parts in `aside`."""
     for p in prange(fronts.parts.shape[0]):
         first, last = fronts.parts[p]
         _forward(fronts, values, np.arange(first, last), fronts.firsts[last], y, aside[p])

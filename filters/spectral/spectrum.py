@@ -22,23 +22,23 @@ BANDS = 3
 SHORTEST = 0.5
 #: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
-#: The most mass that is added at slivers, as a share of the area.
+#: Largest mass that is added at slivers in all, as a share of the area.
 _ADDED = 1e-4
-_FEWEST_STEPS, _MOST_STEPS = 100, 600  # of the Lanczos process, if not given
+_FEWEST_STEPS, _MOST_STEPS = 100, 600  # the bounds of the automatic number of Lanczos steps
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
     """Energy of the coordinates against frequency.
 
-    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over the coordinates p = x, y and z. The
-    energies of all modes add up to the mean squared distance of the surface from the centroids of its components.
+    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over the coordinates p = x, y and z, with
+    vertex areas M as weights. All energies add up to the mean squared distance from the centroids of the components.
 
     Attributes:
         frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
             are constant on a component, of frequency 0, are left out.
         energies: (k,) their energies.
-        band_edges: (b + 1,) frequencies between bands, whole powers of 2^(1/3), the same for all meshes.
+        band_edges: (b + 1,) the bounds of the bands, in radians per mesh unit: integer powers of 2^(1/3) for every mesh.
         band_energies: (b,) the energy in each band, modes included; the last band includes all higher frequencies.
         energy: the energy of all frequencies together.
         area: the area of the surface.
@@ -68,18 +68,18 @@ def spectrum(
 ) -> Spectrum:
     """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus the computed modes. Its
-    tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The
-    quadrature is exact for polynomials in kappa of degree 2 steps - 1 and needs no modes. Slivers and tiny triangles have modes
-    of far higher frequency than any wave of the surface, and these would take many more steps. So their vertices get more mass,
-    in all at most a ten-thousandth of the area.
+    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates without the computed modes.
+    Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The
+    quadrature is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have modes
+    of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of slivers
+    get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles, at least one.
-        modes: the number of modes to compute [vallet2008], without the constant mode of each component. More resolve single modes
-            up to a higher frequency, and take longer.
-        steps: the steps of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More
+        modes: the number of modes to compute [vallet2008], without the constant mode of each component. More modes resolve single
+            modes up to a higher frequency, and take longer.
+        steps: the steps of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More steps
             separate neighbouring bands more sharply, especially at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         progress: called with the share that is done; may raise to stop.
@@ -88,7 +88,7 @@ def spectrum(
         The spectrum, deterministic to the bit.
 
     Raises:
-        FilterInputError: not a mesh, no triangle, a parameter out of range.
+        FilterInputError: not a mesh, no triangle with an area, a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
     check_whole_number("modes", modes, least=0)
@@ -119,7 +119,7 @@ def spectrum(
     step_count = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
     share = _SHARE_OF_MODES if count else 0.0
     nodes, weights = energy_quadrature(problem, remainder, step_count, progress=part_of(progress, share, 1.0))
-    # The edge length of equilateral triangles with this total area, two for each vertex.
+    # The edge length of equilateral triangles with this total area, two triangles for each vertex.
     mean_edge = math.sqrt(2.0 / math.sqrt(3.0) * area / len(problem.mass))
     edges, bands = _bands(
         np.sqrt(np.concatenate([kappa, nodes])) / unit,
@@ -136,7 +136,7 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
     if not counted.any():
         return np.empty(0), np.empty(0)
     omega, energy = np.minimum(frequencies[counted], highest), energies[counted]
-    # Tiny energies at very low frequencies are rounding; they would add many empty bands.
+    # Tiny energies at very low frequencies are rounding errors; they would add many empty bands.
     lowest = omega[energy > 1e-14 * energy.sum()].min()
     place = np.floor(BANDS * np.log2(np.maximum(omega, lowest))).astype(np.int64)
     first, last = int(place.min()), int(place.max())
@@ -150,7 +150,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # For a bound on S_ii / M_i a vertex needs the mass S_ii / bound - M_i. With bounds[k] the k + 1 stiffest need all added mass.
+    # For a bound on S_ii / M_i a vertex needs S_ii / bound - M_i more mass. With bounds[k] the k + 1 stiffest share `_ADDED`.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # The bound rises with k as long as the next vertex exceeds it. So the highest bound belongs to all vertices that exceed it.
     bound = float(bounds.max(initial=0.0))
@@ -160,7 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Returns the steps that resolve thirds of octaves above kappa: nodes are pi / (2 steps) of the highest frequency apart."""
+    """Returns the steps that resolve thirds of octaves above kappa: nodes are highest frequency * pi / (2 steps) apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
@@ -170,7 +170,7 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
 _BLOCK = 4096
 #: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
-#: The most iterations for an eigenvalue; two are usual.
+#: Largest number of iterations for an eigenvalue; two are usual.
 _MOST_ITERATIONS = 60
 
 
@@ -181,7 +181,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
     quadrature is exact for polynomials f of degree 2 steps - 1. The vectors are not reorthogonalised: rounding then repeats nodes
     and splits their weight, which does not change the energy of a band.
 
-    Each of the three columns has nodes of its own; there are none if all values are 0.
+    Each of the three columns has its own nodes; there are no nodes if all values are 0.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
     matrix = CompressedRows.of(symmetric)
@@ -219,7 +219,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
 
 @compiled(parallel=True, fastmath={"contract"})
 def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, sums: Floats) -> None:
-    """Computes before = D now - length before in place; `sums` gets, per block, the inner products of the new before and now."""
+    """Computes `before` = D `now` - `length` `before` in place; `sums` gets, per block, the products of `now` and the result."""
     a, b, c = length
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
@@ -236,7 +236,7 @@ def _apply(matrix: CompressedRows, now: Floats, length: Floats, before: Floats, 
 
 @compiled(parallel=True, fastmath={"contract"})
 def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None:
-    """Computes after -= factors now in place; `sums` gets, per block, the squared norms of the new after."""
+    """Computes `after` -= `factors` `now` in place; `sums` gets, per block, the squared norms of the new `after`."""
     a, b, c = factors
     for block in prange(sums.shape[0]):
         p = q = r = 0.0
@@ -254,7 +254,7 @@ def _subtract(now: Floats, factors: Floats, after: Floats, sums: Floats) -> None
 def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
     """Replaces the diagonal of a symmetric tridiagonal matrix by its eigenvalues; returns whether all have converged.
 
-    `beside` holds the off-diagonal entries and a 0. Only the first entry of each eigenvector is computed: `first` comes in as
+    `beside` holds the off-diagonal entries, then a 0. Only the first entry of each eigenvector is computed: `first` comes in as
     (1, 0, ...) and receives these entries.
     """
     n, eps = diagonal.shape[0], 2.2e-16

@@ -1,7 +1,7 @@
 """Features that depend on the operating system: process groups, memory limits, file locks, flushing folders to disk.
 
 `this_system` returns the features of this machine. Without POSIX, as on Windows, everything works with less protection, as each
-method says. The environment variable `FORCE_PORTABLE` switches POSIX features off on any system.
+method says. The environment variable named by `FORCE_PORTABLE` switches POSIX features off on any system.
 """
 
 import contextlib
@@ -42,7 +42,7 @@ class System:
         return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
-        """Kills a child with `own_session` and all its descendants; without POSIX only the child."""
+        """Kills a child that was started with `own_session`, and all its descendants; without POSIX only the child."""
         if not self.is_posix:
             process.kill()
             return
@@ -50,7 +50,7 @@ class System:
             os.killpg(process.pid, signal.SIGKILL)
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
-        """Whether a child has ended, even if another process holds its pipes open; with POSIX it must still be waited for."""
+        """Whether a child has ended, even if another process has its pipes open; with POSIX the caller must still wait for it."""
         if not self.is_posix or not hasattr(os, "waitid"):  # macOS before Python 3.13
             return process.poll() is not None
         return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
@@ -96,7 +96,7 @@ class System:
                 Path("/proc/self/clear_refs").write_text("5", "ascii")
 
     def try_lock(self, file: IO[bytes], *, alone: bool) -> bool | None:
-        """Takes an exclusive (`alone`) or shared lock of a file without waiting; returns the success, None without locks."""
+        """Tries to take an exclusive (`alone`) or shared lock of a file; returns whether it did, None if there are no locks."""
         if not self.is_posix:
             return None
         import fcntl
@@ -140,5 +140,5 @@ class System:
 
 
 def this_system() -> System:
-    """Returns the features of this system; none of POSIX if `FORCE_PORTABLE` is set."""
+    """Returns the features of this system, without those of POSIX if `FORCE_PORTABLE` is set."""
     return System(os.name == "posix" and not os.environ.get(FORCE_PORTABLE))

@@ -91,7 +91,7 @@ def test_the_parts_of_a_file(tmp_path: Path) -> None:
         "objects (1)",
         "smoothing groups (1)",
         "point elements (1)",
-        "that 1 of its faces have no texture coordinates: they get 0 0",
+        "faces without texture coordinates, which get 0 0 (1)",
         "map_Bump of the material file two words.mtl",
     )
 
@@ -229,7 +229,7 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     part = mesh.part(np.ones(5, np.bool_), np.array([True, True, True, False, True, True]))
     (tmp_path / "out").mkdir()
     (warning,) = save(part, tmp_path / "out" / "a.obj")
-    assert warning == "a.obj: what cannot be written anew is left out: point elements (1)"
+    assert warning == "a.obj: contents that cannot be rewritten are left out: point elements (1)"
     lines = (tmp_path / "out" / "a.obj").read_text().splitlines()
     assert [x for x in lines if x[0] not in "v#"] == [
         *("mtllib a.obj.mtl", "o house", "g floor", "s 1", "usemtl brick wall", "f 1/1 2/2 3/3 4/4"),

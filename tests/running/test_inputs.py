@@ -106,7 +106,7 @@ def test_what_an_obj_file_declares(tmp_path: Path) -> None:
     mesh = reading.mesh
     assert (len(mesh.vertices), len(mesh.faces), mesh.keeps_normals) == (4, 3, False)
     expected = {"normals that no face names (1)", "groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
-    expected.add("that 1 of its faces have no texture coordinates: they get 0 0")
+    expected.add("faces without texture coordinates, which get 0 0 (1)")
     assert mesh.source is not None
     assert set(mesh.source.extras) == {*expected, "map_Bump, Pr, map_Kd -s 1 of the material file my materials.mtl"}
     assert reading.side_files == (tmp_path / "my materials.mtl", tmp_path / "t.png")

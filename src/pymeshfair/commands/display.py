@@ -90,7 +90,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
 
 
 class ProgressLines(contextlib.ExitStack):
-    """Prints a line when a step begins, and filters' messages; with `verbose` also times, and the progress of long steps."""
+    """Prints a line when a step begins, and messages of filters; with `verbose` also times, and the progress of long steps."""
 
     _margin = "  "  # before notes
 
@@ -103,7 +103,7 @@ class ProgressLines(contextlib.ExitStack):
         self._silent_since = time.monotonic()
 
     def _end(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        for text in self._warnings if error is not None else ():  # without an error, the command prints them itself
+        for text in self._warnings if error is not None else ():  # without an error, the command prints the warnings
             self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
@@ -138,7 +138,7 @@ class ProgressLines(contextlib.ExitStack):
 
 
 class ProgressBar(ProgressLines):
-    """A progress bar over the steps, and within a step if its filter reports progress; finished steps are listed above it."""
+    """A progress bar over the steps, and within a step if its filter reports progress; lists finished steps above the bar."""
 
     _margin = " " * 17
 
@@ -172,7 +172,7 @@ class ProgressBar(ProgressLines):
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[Event], None]]:
-    """The display of events: none with --quiet, a bar if stderr is a terminal, lines with --verbose and elsewhere."""
+    """The display of events: none with --quiet, lines with --verbose or if stderr is no terminal, otherwise a bar."""
     if verbosity() == Verbosity.QUIET:
         yield lambda event: None
         return

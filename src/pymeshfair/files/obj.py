@@ -52,7 +52,7 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
-#: contents that a new text keeps; contents that it does not have: whole lines, and parts of lines
+#: contents that a new text keeps; contents that it leaves out: whole lines (`_OTHERS`), and parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
@@ -60,25 +60,25 @@ _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
-#: most corners of a face; the time of triangulation grows with their square
+#: the largest number of corners of a face, since the time of triangulation grows with its square
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
 _LEVELS = "the colours of its vertices go up to 255: they are read as levels up to 255, not as shares from 0.0 to 1.0"
-#: most bytes and materials of material files; a city with a texture for each house has thousands of materials
+#: the largest numbers of bytes and materials in material files; a city with a texture for each house has thousands of materials
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: how many numbers follow each keyword of a material file
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
-#: the options of a texture map with their values, before the name of its file
+#: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: for each colour level a share of six digits; 255 times this share gives the level, rounded or truncated
+#: for each colour level a share of six digits; 255 times this share gives the level, whether rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
 
 @dataclass
 class Material:
-    """A material: its colour, levels from 0 to 255, and its texture."""
+    """A material: its colour, as levels from 0 to 255, and its texture."""
 
     color: tuple[int, ...] = (255, 255, 255, 255)
     texture: str | None = None
@@ -90,7 +90,7 @@ class Materials:
 
     named: dict[str, Material] = field(default_factory=dict)  # materials by name
     lines: list[str] = field(default_factory=list)  # all lines of the files
-    #: by number of a line that names an image: the words before the name, and the name
+    #: for each line with an image, by its index in `lines`: the words before the name of the image, and this name
     images: dict[int, tuple[str, str]] = field(default_factory=dict)
     others: dict[str, None] = field(default_factory=dict)  # keywords and options that are not read
 
@@ -147,14 +147,14 @@ class Materials:
 
 @dataclass(frozen=True, eq=False)
 class ObjDocument:
-    """What the writer needs of an OBJ file that was read."""
+    """The data of an OBJ file that the writer needs."""
 
     data: bytes  # its bytes
     tokens: Tokens  # positions of its lines; kinds and values of words are left out
     mesh: MeshData  # the mesh in it
     width: int  # how many numbers the line of a vertex has
-    normals: Floats  # (k, 3) of the ``vn`` lines
-    #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has one
+    normals: Floats  # (k, 3) the normals on the ``vn`` lines
+    #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has a normal
     corner_normals: Longs | None
     states: Longs  # (m, 5) for each triangle the last line of each keyword in `STATES`, -1 for none
     materials: Materials  # contents of its material files
@@ -190,9 +190,9 @@ def read_obj(path: Path, references: References) -> Reading:
         starts = np.cumsum(corners.lengths) - corners.lengths
         pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
         if bare_faces := int((pairs == 0).sum()):
-            notes[f"that {bare_faces:,} of its faces have no texture coordinates: they get 0 0"] = None
+            notes[f"faces without texture coordinates, which get 0 0 ({bare_faces:,})"] = None
         if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
-            notes[f"that {partly:,} of its faces have texture coordinates only at some corners"] = None
+            notes[f"faces with texture coordinates only at some corners ({partly:,})"] = None
     elif len(coordinates):
         notes[f"texture coordinates that no face names ({len(coordinates):,})"] = None
     uses = lines_of(tokens, b"usemtl")
@@ -260,7 +260,7 @@ def lines_of(tokens: Tokens, keyword: bytes) -> Longs:
 
 
 def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs, Longs, Floats]:
-    """Returns the lines of a keyword, the count of numbers of each (one of `widths`), and its first `widths[0]` numbers."""
+    """Returns the lines of a keyword; for each, its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
     expected = " or ".join(map(str, widths))
@@ -269,14 +269,14 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
 
 
 def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
-    """Returns numbers per vertex, coordinates, colours, and whether the file has the colours as levels."""
+    """Returns the count of numbers per vertex, coordinates, colours, and whether the file has the colours as levels."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
     extra = numbers_of(tokens, lines, 4, width - 3)
     if width == 4 and (extra != 1).any():
         notes["weights of vertices"] = None
-    if b"#MRGB " in data:  # ZBrush writes colours in comments: 8 digits of mask and colour per vertex
+    if b"#MRGB " in data:  # ZBrush writes colours in comments: 8 hexadecimal digits of mask and colour per vertex
         masks = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
         if len(masks) == 4 * len(lines):
             painted = np.frombuffer(masks, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
@@ -295,7 +295,7 @@ def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int,
 
 
 def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
-    """Parses the indices ``vertex/texture coordinate/normal`` on the lines of a keyword; they count from 1, or back from -1."""
+    """Parses indices ``vertex/texture coordinate/normal`` on lines: 1 is the first of its kind, -1 the last before the line."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
     lengths = tokens.lengths
@@ -320,7 +320,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
         if not is_named.any() or (slot and keyword == "l"):
             continue
         if slot and not counts[_KEYWORDS[kind]]:
-            notes[f"that its faces name {_KEYWORDS[kind]}, of which it has none"] = None
+            notes[f"indices of {_KEYWORDS[kind]}, which the file does not have"] = None
             continue
         index, line = values[is_named], line_of[is_named]
         so_far = np.cumsum(tokens.keywords == word(kind.encode()))[line]
@@ -333,7 +333,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab, vertices have normals if the file has as many normals as vertices; a vertex takes that of its last corner.
+    As in MeshLab, vertices have normals if the file has one normal for each vertex; a vertex takes the normal of its last corner.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
@@ -400,7 +400,7 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """Returns the files of ``mtllib`` lines, and the names without a file; a line has one name, maybe with blanks, or several."""
+    """Returns the files of ``mtllib`` lines, and names without a file; a line has one name, perhaps with blanks, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
@@ -422,7 +422,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if document is not None and (text := _patched_text(mesh, document, normals, of_corners, writing)) is not None:
         target.write(text)
         return ()
-    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    notes = [f"contents that cannot be rewritten are left out: {'; '.join(document.lost)}"] if document and document.lost else []
     states, texts = _states_to_write(mesh, document, writing, notes)
     if writing.materials:
         target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
@@ -444,7 +444,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices moved, corners that share vertex and normal get the mean of their face normals by angle: edges stay sharp.
+    If vertices moved, corners that share vertex and normal get the angle-weighted mean of their face normals: creases stay.
     """
     vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):

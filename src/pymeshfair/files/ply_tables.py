@@ -17,7 +17,7 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, at_line, refuse, tokenise
 
-#: by type name of the format, the name in numpy
+#: the numpy type of each type name of the format
 KINDS: Mapping[str, str] = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
@@ -26,7 +26,7 @@ KINDS: Mapping[str, str] = {
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: most bytes of a header, and most elements and properties, so that a hostile file cannot fill the memory
+#: the largest numbers of bytes, and of elements and properties, in a header: so a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
 #: bytes that may follow the last row: line ends, and padding by some programs
 _PADDING = b" \t\r\n\0\x1a"
@@ -70,7 +70,7 @@ class PlyHeader:
         return ">" if self.format == "binary_big_endian" else "<"
 
     def element(self, name: str) -> PlyElement:
-        """The element of that name; one with a count of 0 if the file does not declare it."""
+        """The element of that name; an element with a count of 0 if the file does not declare it."""
         return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
 
     @property
@@ -192,7 +192,7 @@ class Lists(NamedTuple):
 
     @property
     def width(self) -> int | None:
-        """The length of all lists; None if they differ, or there is no row."""
+        """The common length of all lists; None if lengths differ, or there is no row."""
         return int(self.lengths[0]) if len(self.lengths) and (self.lengths == self.lengths[0]).all() else None
 
     @property
@@ -219,7 +219,7 @@ class Table:
     columns: Mapping[str, Column]  # by property
     bytes: tuple[int, int] | None = None  # where the rows begin and end in the file; None for new rows
     lines: Longs | None = None  # (n,) the line of each row in a text, as `Tokens` counts lines
-    changed: frozenset[str] = frozenset()  # the properties whose numbers differ from the file
+    changed: frozenset[str] = frozenset()  # the properties whose numbers differ from those in the file
 
     def numbers(self, name: str) -> Array | None:
         """Returns (n,) the values of a scalar property; None if the element has no such scalar."""
@@ -252,7 +252,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
-    """Returns the dtype of an element's rows, from byte `position`, if all its lists are as long as in the first row."""
+    """Returns the dtype of an element's rows, which begin at byte `position`, with lists as long as in the first row."""
     if not any(p.count_type for p in element.properties):
         return row_type(element, order, {})
     lengths = _walked(data, position, element, order, min(element.count, 1))[1]
@@ -274,7 +274,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
 
 
 def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> tuple[dict[str, Column], int]:
-    """Returns the columns of the element that begins at byte `position`, and its end."""
+    """Returns the columns of the element that begins at byte `position`, and the byte after its last row."""
     n, properties = element.count, element.properties
     kind = row_type_at(data, position, element, order)
     if not n or not properties:
@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """Reads the tables of the text behind the header, one row a line; returns them with the tokens of the text."""
+    """Reads the tables of the text behind the header, one row per line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))
@@ -396,7 +396,7 @@ def _text_columns(tokens: Tokens, lines: Longs, element: PlyElement) -> dict[str
         values = tokens.values[indices].astype(KINDS[p.type])
         columns[p.name] = Lists(values, lengths) if p.count_type else values
         at += lengths
-    refuse(tokens, lines, at != end, "has more than is declared")
+    refuse(tokens, lines, at != end, "has more values than its header declares")
     return columns
 
 

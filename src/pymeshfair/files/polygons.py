@@ -91,7 +91,7 @@ def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: A
         for e in edges:
             more[e] = at[corners[e]]
             at[corners[e]] = e
-        size = 0  # of the rim: half-edges without an opposite half-edge in the polygon
+        size = 0  # number of half-edges on the rim: those without an opposite half-edge in the polygon
         for e in edges:
             other = at[_end(corners, e)]
             while other >= 0 and _end(corners, other) != corners[e]:
@@ -126,7 +126,7 @@ def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: A
 
 @compiled
 def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
-    """Returns twice the signed area of a triangle, seen against a normal; negative if it turns clockwise."""
+    """Returns the dot product of `normal` and (b - a) x (c - a): negative if abc is clockwise, seen from the normal's tip."""
     ux, uy, uz = (points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2])
     vx, vy, vz = (points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2])
     return float((uy * vz - uz * vy) * normal[0] + (uz * vx - ux * vz) * normal[1] + (ux * vy - uy * vx) * normal[2])
@@ -134,7 +134,7 @@ def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
 
 @compiled
 def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: Any) -> bool:
-    """Whether the triangle at corner k of the remaining polygon is convex and contains no other corner."""
+    """Whether corner k of the remaining polygon is convex and its triangle contains no other corner."""
     a, b, c = corners[left[(k + count - 1) % count]], corners[left[k]], corners[left[(k + 1) % count]]
     if _turn(points, a, b, c, normal) <= 0.0:
         return False
@@ -149,7 +149,7 @@ def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: An
 
 @compiled
 def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> None:
-    """Fills `places` with the triangles of polygons: fans of convex polygons, else ears as long as there are any."""
+    """Fills `places` with the triangles of polygons: a fan for a convex polygon, otherwise ears, then a fan if no ear is left."""
     start, f = 0, 0
     normal = np.empty(3)
     for length in lengths:
@@ -194,7 +194,7 @@ def are_equal(a: Array | None, b: Array | None) -> bool:
 
 
 def numbered(rows: Array) -> tuple[Longs, Longs]:
-    """Returns (u,) the first index of each group of equal rows of (n, k), and (n,) the group of each row; NaNs are not equal."""
+    """Returns (u,) the first index of each group of equal (n, k) `rows`, and (n,) the group of each row; NaNs are not equal."""
     values = np.ascontiguousarray(rows, np.float64) + 0.0  # -0 becomes 0
     firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
     size = 1 << max(2 * len(values) - 1, 1).bit_length()

@@ -31,20 +31,20 @@ _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')
 _HEADS = ("#VRML V2.0 utf8", "#X3D V3")
 #: statements, and how many words follow them
 _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
-#: nodes that load, run or define something else
+#: keywords and nodes that load other files, run scripts, or declare or fill in prototypes
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
-#: nodes that show one child, with the field of its number; fields whose nodes are not shown
+#: nodes that show one child, with the field of the child's index (none: the first child); fields whose nodes are not shown
 _CHOSEN, _HIDDEN = {"Switch": "whichChoice", "LOD": ""}, ("proxy", "metadata")
-#: nodes of values: the field of the values, and how many numbers make a value
+#: nodes of values: the field of the values, and how many numbers a value has
 _VALUES = {
     **dict.fromkeys(("Coordinate", "CoordinateDouble"), ("point", 3)),
     **{"Normal": ("vector", 3), "Color": ("color", 3), "ColorRGBA": ("color", 4), "TextureCoordinate": ("point", 2)},
 }
-#: by kind of a set: how many corners a face has, or the field with the corner count of each strip or fan
+#: for each kind of set: how many corners a face has, or the field with the corner count of each strip or fan
 _SIZES, _COUNTS = {"Triangle": 3, "Quad": 4}, {"TriangleStrip": "stripCount", "TriangleFan": "fanCount"}
-#: types of nodes, their attribute, the field of indices, and the field that says whether values are per vertex or face
+#: types of nodes, their mesh attribute, the field of indices, and the field that says whether values are per vertex or per face
 _ATTRIBUTES = (
     (("Color", "ColorRGBA"), "colors", "colorIndex", "colorPerVertex"),
     (("Normal",), "normals", "normalIndex", "normalPerVertex"),
@@ -66,7 +66,7 @@ class _Node:
         return scenes.numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
     def values(self) -> Floats:
-        """Returns (n, w) the values of a node of values."""
+        """Returns the (n, w) values of a node in `_VALUES`."""
         name, width = _VALUES[self.type]
         return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
@@ -76,7 +76,7 @@ class _Node:
 
 
 def _check_type(type: str) -> None:
-    """Refuses a type of node that leads out of the document."""
+    """Refuses a node whose type is in `_REFUSED`."""
     if type in _REFUSED:
         raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without such nodes")
 
@@ -296,7 +296,7 @@ def _points(geometry: _Node) -> Floats:
 
 
 def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
-    """Returns the indices of a field, each below `count`, without -1, and the lengths of the runs, which end with -1."""
+    """Returns the indices of a field, each below `count`, without the -1 at the end of each run, and the length of each run."""
     what = f"the {name} of a {quoted(geometry.type, 30)}"
     numbers = scenes.indices(geometry.fields.get(name, ""), what)
     scenes.check_range(numbers, -1, count, what)

@@ -31,7 +31,7 @@ _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of a dot of a cloud
 _DOT = 1.1
-#: the most dots that draw an edge; edges may reach far beyond a close-up
+#: the largest number of dots that draw an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
 
 #: shares of ambient, diffuse and specular light, for clay
@@ -46,8 +46,8 @@ class Camera:
 
     rows: Floats  # (3, 3) the directions to the right, upwards and to the eye
     centre: Floats  # (3,) the point in the middle of the picture
-    width: float  # of the window, in mesh units
-    height: float  # of the window, in mesh units
+    width: float  # the width of the window, in mesh units
+    height: float  # the height of the window, in mesh units
 
     def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
         """Returns (n, 3): pixels from the left, pixels from the top, and nearness to the eye in mesh units."""
@@ -69,10 +69,10 @@ class Scene:
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
     edges: Ints  # (e, 2) edges of polylines, drawn if there are no faces
-    #: (n, 3) of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
+    #: (n, 3) colours of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
     colors: Floats | None = None
     by_face: bool = False  # whether colours belong to faces
-    normals: Floats | None = None  # (n, 3) of a cloud, for its shading; or None
+    normals: Floats | None = None  # (n, 3) normals of a cloud, for its shading; or None
     texture: Sampler | None = None  # replaces `colors`
     #: replaces colours and light: computes (k, 3) colours from (k, 3) unit normals in mesh coordinates
     paint: Callable[[Floats], Floats] | None = None
@@ -241,9 +241,9 @@ Sampler = Callable[[Ints, Floats], Floats]
 
 
 def texture_of(mesh: MeshData) -> Sampler | None:
-    """Returns a sampler of the textures, with clay for faces without one; None without texture coordinates or images.
+    """Returns a sampler of the textures, with clay for faces without a texture; None without texture coordinates or images.
 
-    It takes the nearest pixel, and repeats images beyond their edges. An image that cannot be read raises `MeshError`.
+    The sampler takes the nearest pixel, and repeats images beyond their edges. An image that cannot be read raises `MeshError`.
     """
     corners = mesh.face_attributes.get("wedge_texture_coordinates")
     if corners is None and "texture_coordinates" in mesh.vertex_attributes:

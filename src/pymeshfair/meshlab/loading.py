@@ -21,14 +21,14 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Imports pymeshlab; raises an error if the package, or a plugin such as that for PLY files, lacks a system library."""
+    """Imports pymeshlab; raises an error if the package or one of its plugins lacks a system library."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 
 
 @cache
 def _missing_libraries() -> tuple[str, ...]:
-    """Returns the system libraries that pymeshlab or its plugins reported missing at import."""
+    """Returns the system libraries that pymeshlab or its plugins reported as missing at import."""
     printed = io.StringIO()  # pymeshlab prints which plugins it cannot load
     try:
         with contextlib.redirect_stdout(printed):

@@ -1,4 +1,4 @@
-"""Applies filters of MeshLab and of plugins to the layers of a mesh set, from calls or scripts, and keeps their steps."""
+"""Applies filters of MeshLab and of plugins to the layers of a mesh set, from calls or scripts, and keeps the steps."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class FilterRunner:
 
         Returns:
             Its report, and the step with all values used; None in place of the step for a filter of a C++ plugin that the user
-            loaded into MeshLab, since scripts cannot name it.
+            loaded into MeshLab, since scripts cannot name such a filter.
         """
         declared = known_filter(filter_name)
         if declared is None:
@@ -54,7 +54,7 @@ class FilterRunner:
 
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the values of `pymeshlab.MeshSet.filter_parameter_values`, also for filters of plugins."""
-        if not is_known(filter_name):  # perhaps a file format; saving a file asks for it many times
+        if not is_known(filter_name):  # perhaps a file format; saving a file asks for its values many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(self._builtins.ask(filter_name, **values))
         declared = known_filter(filter_name)
@@ -128,7 +128,7 @@ class ScriptLog:
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], object]) -> None:
-        """Applies each step in turn; raises `ScriptStepFailedError` if one fails."""
+        """Applies each step in turn; raises `ScriptStepFailedError` if a step fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 apply_step(step)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..scripts.script import Script, Step
     from . import exchange, filter_runner, methods
     from .pymeshlab_classes import _MeshSet as _Typed
-else:  # their import takes longer than that of pymeshlab
+else:  # these imports take longer than the import of pymeshlab
     _Typed = BASE
     recipe, write_back = ImportedWhenUsed("pymeshfair.recipe"), ImportedWhenUsed("pymeshfair.write_back")
     exchange, filter_runner, methods = (
@@ -31,14 +31,14 @@ class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
 
 
 class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
-    """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
+    """A set of meshes that filters are applied to, a drop-in replacement for `pymeshlab.MeshSet`.
 
-    Filters of plugins, also those of pymeshfair, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a step
-    of filter scripts. They change the current mesh in place and keep all other data of it. A `pymeshlab.Mesh` that was fetched
-    before shows the new state.
+    Filters of plugins, also those of pymeshfair, behave like those of MeshLab: each is a method, a name for `apply_filter`, and
+    a step of filter scripts. They change the current mesh in place and keep all its other data. A `pymeshlab.Mesh` that was
+    fetched before shows the new state.
 
-    A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and a filter that adds elements two, so
-    the ids of later layers skip numbers. Scripts do not count these ids.
+    A filter that moves the vertices of a mesh with faces uses up one layer id of MeshLab; a filter that adds elements uses up
+    two. So the ids of later layers skip numbers. Scripts do not count these ids.
 
     Attributes:
         on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; may raise to stop
@@ -76,7 +76,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             FilterParameterError: a value is not allowed.
             UnknownLayerError: there is no layer of that id.
             FilterFailedError: a plugin's filter failed; the mesh is unchanged.
-            pymeshlab.PyMeshLabException: the base class of these; MeshLab's own filters raise it for every failure.
+            pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
         if step is not None:
@@ -95,14 +95,14 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.apply_step(step)[0]
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some.
+        """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some of them.
 
         Lengths are in mesh units. If `filter_name` is a file extension, these are the parameters for saving such a file.
         """
         return self._filters.values(filter_name, kwargs)
 
     def load_filter_script(self, filter_script_name: str) -> None:
-        """Replaces the current filter script by that of an .mlx file.
+        """Replaces the current filter script by the script of an .mlx file.
 
         Raises:
             ScriptError: the script is wrong; lists every problem. The current script stays.
@@ -113,7 +113,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Applies the current filter script: the steps that were loaded, and the filters applied since.
 
         Raises:
-            ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as it was after the
+            ScriptStepFailedError: a step failed; the message names the step with file and line. The mesh is as it was after the
                 last complete step.
         """
         self._script.apply(self.apply_step)
@@ -168,7 +168,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Makes the layer of that id the current one.
+        """Makes the layer of that id the current layer.
 
         Raises:
             UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.
@@ -193,7 +193,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def to_trimesh(self) -> Any:
-        """Returns the current mesh as a `trimesh.Trimesh`, or a `Path3D` or `PointCloud` without faces, with colours and values.
+        """Returns the current mesh as a `trimesh.Trimesh`, without faces as `Path3D` or `PointCloud`, with colours and values.
 
         A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
         """
@@ -250,7 +250,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             lines.append(f"  {number:<4} {mesh.label()}: {size}")
         return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
 
-    __str__ = __repr__  # that of pymeshlab returns None
+    __str__ = __repr__  # the `__str__` of pymeshlab returns None
 
 
 def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
@@ -265,7 +265,7 @@ def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs:
 
 
 def _locking(name: str) -> Callable[..., Any]:
-    """Returns a method of pymeshlab that is called under the lock."""
+    """Returns a method of pymeshlab, called by `_locked`."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)

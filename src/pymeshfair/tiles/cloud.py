@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points that coincide with an earlier point; takes pairs of first row and bucket. No other bucket has these places."""
+    """Marks points that coincide with an earlier point; takes pairs (first row, bucket) of all buckets that may hold both."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -67,7 +67,7 @@ class OutlierTiles(PointTiles):
         np.savez(self.saved(first), numbers=tile.numbers[rows], distances=tile.distances[rows], slots=np.concatenate(slot_blocks))
 
     def finish(self, first: int, last: int) -> None:
-        """Writes the factors of points with neighbours in other tiles; every tile must have been through `find`."""
+        """Writes the factors of points with neighbours in other tiles; `find` must have run on every tile."""
         numbers, distances, slots = self.load_saved([(first, last)], "numbers", "distances", "slots")
         self.amend(first, last, numbers, outliers.compare_rows(distances, self.distances.gather(slots)))
 
@@ -81,7 +81,7 @@ class Cloud:
     kept: Column | None = None  # the mask of the remaining points; None if no point was deleted
 
     scalars = Stored("<f8")  # outlier probabilities of all points of the file, each from the last LoOP step with this point
-    normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point one
+    normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
 
     def mask(self, first: int, last: int) -> Bools:
         """Returns the mask of the remaining points among those from `first` to before `last` in the file."""

@@ -1,7 +1,7 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-`Cells` has the vertices, each in a slot. Further files have the faces at the vertices of each cell, with the slots of corners.
-A tile keeps the order of the mesh. Each round of normal filtering reads the vertices of all tiles after the round before.
+`Cells` has the vertices, each in a slot. Other files have the faces at the vertices of each cell; their corners are slots.
+A tile keeps the order of the mesh. Each round of normal filtering starts when the previous round is done on all tiles.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ from .sources import MeshFile
 from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
-#: number of vertices of the sample on which settings are chosen, and number of cells of each of its patches
+#: number of vertices in the sample on which settings are chosen, and number of cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
@@ -39,7 +39,7 @@ FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 class Surface:
     """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
-    cells: Cells  # of its vertices
+    cells: Cells  # the cells of the vertices
     #: (b + 1,) the slot at which each bucket begins; each bucket has a file of the faces at its vertices
     buckets: tuple[int, ...]
 
@@ -56,7 +56,7 @@ class Surface:
         return self.cells.folder / f"faces-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
-        """Returns the column of the rows where cells begin in the file of faces of a bucket, followed by the end of the file."""
+        """Returns the column with the first row of each cell in the bucket's file of faces, then the row count of this file."""
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
@@ -71,7 +71,7 @@ class Surface:
             last = min(first + size, cells.count)
             slots[cells.numbers.read(first, last)] = np.arange(first, last)
         starts, count = np.array(self.buckets), 0
-        self.remove_unordered()  # a process that was killed here may have left them
+        self.remove_unordered()  # a process that was killed here may have left files
         for corners in slices():
             wrong = ((corners < 0) | (corners >= cells.count)).any(axis=1)
             if wrong.any():
@@ -122,8 +122,8 @@ class Surface:
         return np.concatenate(faces)
 
     def replace_column(self, new: Column, old: Column) -> None:
-        """Replaces the old values by the new ones."""
-        with contextlib.suppress(FileNotFoundError):  # a process that was killed may have replaced it
+        """Replaces the old values by the new values."""
+        with contextlib.suppress(FileNotFoundError):  # a killed process may have replaced the column before
             new.path.replace(old.path)
 
 
@@ -133,12 +133,12 @@ class TileMesh:
 
     vertices: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
-    numbers: Longs  # (n,) of the vertices in the input
+    numbers: Longs  # (n,) the numbers of the vertices in the input
     inside: Bools  # (n,) the mask of the vertices of the tile itself, which have all their faces here
-    slots: Longs  # (n,) of the vertices
+    slots: Longs  # (n,) the slots of the vertices
 
     def write(self, column: Column, values: NDArray[Any]) -> None:
-        """Writes the rows inside of the tile of (n, ...) values; their slots are consecutive."""
+        """Writes the rows of (n, ...) values whose vertices are inside; these vertices have consecutive slots."""
         column.write(int(self.slots[self.inside].min()), values[self.inside][np.argsort(self.slots[self.inside])])
 
     @property
@@ -183,12 +183,12 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks that move the vertices of a mesh, each for the cells from `first` to before `last`; each can be repeated."""
+    """The tasks that move vertices of a mesh. Each task works on the cells from `first` to before `last`, and can be repeated."""
 
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """Returns the low and the high corner of the bounding box of the proper faces, and whether there is a border."""
+        """Returns both corners of the bounding box of the non-degenerate faces, and whether the mesh has a border at the tile."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
@@ -197,7 +197,7 @@ class MeshTiles:
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
 
     def choose(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns all parameters of normal filtering; chooses the automatic ones on patches, or on all of a small mesh."""
+        """Returns all parameters of normal filtering; chooses the automatic parameters on patches, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
@@ -231,7 +231,7 @@ class MeshTiles:
 
 @dataclass(frozen=True)
 class FilteringTiles:
-    """The tasks of normal filtering: Taubin's steps, rounds, and undoing the folds of both; each can be repeated."""
+    """The tasks of normal filtering: Taubin's steps, rounds, and moves back at new folds; each task can be repeated."""
 
     surface: Surface
     filtering: Filtering
@@ -262,7 +262,7 @@ class FilteringTiles:
         return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
-        """Moves the vertices to the result of `relax`; outline vertices go only `share` of their way along the surface."""
+        """Moves the vertices to the result of `relax`; border vertices go only `share` of their way along the surface."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.state.read(begin, end)
@@ -276,7 +276,7 @@ class FilteringTiles:
         self.surface.state.write(start, mesh.points)
 
     def measure(self, first: int, last: int) -> tuple[list[float], int]:
-        """Returns the contribution of a tile to the mean distance of face centres."""
+        """Returns the contribution of a tile to the mean distance of neighbouring face centres."""
         tile = tile_with_rings(self.surface, first, last, 3, points=self.surface.state)
         return denoising.distances_of_part(tile.vertices, tile.faces, tile.inside_faces)
 
@@ -410,7 +410,7 @@ def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Call
 def _whole(
     work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
 ) -> tuple[Whole, bool]:
-    """Returns the box of the vertices of faces, and whether the mesh has a border; the box is 0 if there are no such vertices."""
+    """Returns the box of the vertices of faces, and whether the mesh has a border; without faces both corners are 0."""
     lows, highs, borders = zip(*tasks.map(work.box, tiles, progress), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     if not np.isfinite(low).all():

@@ -23,11 +23,11 @@ from ..filters.neighbours import Nearest, build_tree, cells_within, leaf_ranges,
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .workers import Tasks
 
-#: the most points of surrounding cells in memory at once: this share of the points of a tile, but at least this number
+#: the largest number of points of surrounding cells in memory: this share of the points of a tile, but at least this number
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
 #: points compared with surrounding cells at once, and the total length of their lists of cells, relative to the points of a tile
 _SEARCHING, _LISTED = 0.125, 8
-#: points whose neighbours in the tile are sorted at once
+#: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
 
 
@@ -43,7 +43,7 @@ class TilePoints:
     slots: Longs  # (n,) where the points are stored
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
     distances: Floats  # (n,) standard distances of the k nearest in the tile; after `search_around`, in the cloud
-    reaches: Floats  # (n,) squared distances of the farthest of these k
+    reaches: Floats  # (n,) squared distances of the farthest of these k neighbours
 
     @classmethod
     def of(cls, cells: Cells, first: int, last: int, k: int) -> TilePoints:
@@ -83,7 +83,7 @@ class TilePoints:
         A tile has at most `most` points.
         """
         k = self.nearest.shape[1]
-        # If the tile has too few points for k neighbours, its own cells are searched like those around it.
+        # If the tile has too few points for k neighbours, its own cells are searched like the cells around it.
         tile = (self.first, self.last) if len(self.slots) > k else (0, 0)
         searching = np.flatnonzero(reaching_out(self.points, self.reaches, self.cells.tree, *tile))
         done = 0
@@ -98,7 +98,7 @@ class TilePoints:
             done += len(rows)
 
     def _nearest_of(self, rows: NDArray[np.intp]) -> Nearest:
-        """Returns the nearest in the tile, by squared distance, then by number; slots are -1 if it has too few points."""
+        """Returns the nearest in the tile, by squared distance, then by number; slots are -1 if the tile has too few points."""
         shape = len(rows), self.nearest.shape[1]
         nearest = Nearest(np.full(shape, np.inf), np.full(shape, np.iinfo(np.int64).max), np.full(shape, -1))
         for first in range(0, len(rows) if len(self.slots) > shape[1] else 0, _AT_ONCE):
@@ -145,12 +145,12 @@ class TilePoints:
 
 @dataclass(frozen=True)
 class PointTiles:
-    """The tasks of a step on a cloud in cells; each can be repeated."""
+    """The tasks of a step on a cloud in cells; each task can be repeated."""
 
     cells: Cells  # the cloud
     values: Mapping[str, Any]  # the parameters of the step
     k: int  # number of neighbours of a point
-    most: int  # the most points of a tile
+    most: int  # the largest number of points of a tile
 
     result: ClassVar[tuple[str, int]]  # type and count of the numbers in the result of a point
 
@@ -204,7 +204,7 @@ class Links(Part):
 
 
 class StrayTiles(PointTiles):
-    """The tasks of Select Stray Points; the results mark stray points. A part is a connected component of linked points."""
+    """The tasks of Select Stray Points; the results mark these points. A part is a connected component of linked points."""
 
     result = "u1", 1
 
@@ -255,12 +255,12 @@ class StrayTiles(PointTiles):
         return outliers.thicknesses(np.concatenate([points, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
-        """Returns the lower median of the spacings; reads `size` at a time, in four passes that find 16 of its 64 bits each."""
+        """Returns the lower median of the spacings, read `size` at a time; each of four passes finds 16 bits of the median."""
         rank, prefix = (self.cells.count - 1) // 2, 0
         for shift in (48, 32, 16, 0):
             counts = np.zeros(1 << 16, np.int64)
             for spacings in self.spacings.slices(size):
-                bits = spacings.view(np.uint64)  # non-negative floats are ordered as their bits are
+                bits = spacings.view(np.uint64)  # non-negative floats have the same order as their bits
                 fits = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
                 counts += np.bincount(((bits[fits] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
             digit = int(np.searchsorted(np.cumsum(counts), rank, "right"))
@@ -269,12 +269,12 @@ class StrayTiles(PointTiles):
         return float(np.array([prefix], np.uint64).view(np.float64)[0])
 
     def link(self, median: float, first: int, last: int) -> None:
-        """Cuts links, and chooses the points that are on a surface by the rule; `median` is the median spacing."""
+        """Cuts links, and chooses the points that are on a surface by `_rule`; `median` is the median spacing."""
         links = Links.of(self, first, last)
         points = links.read_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.read_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
         outliers.cut_links(points, numbers, links.to, reaches, lasts)
-        self.links.write(links.begin, np.append(links.slots, outliers.NO_LINK)[links.to])  # the index -1 is `NO_LINK`
+        self.links.write(links.begin, np.append(links.slots, outliers.NO_LINK)[links.to])  # index -1 selects `NO_LINK`
         counts = outliers.linked_to(links.to, np.ones(len(points), np.bool_))
         chosen = self._rule.on_surface(links.read_inside(self.spacings), median, links.read_inside(self._thicknesses), counts)
         self._chosen(0).write(links.begin, chosen)
@@ -287,7 +287,7 @@ class StrayTiles(PointTiles):
         self._chosen(number).write(links.begin, joined)
 
     def connect(self, first: int, last: int) -> None:
-        """Finds the parts within a tile, and marks small ones as stray; `across` judges parts that reach into other tiles."""
+        """Finds the parts within a tile, and marks small parts as stray; `across` judges parts that reach into other tiles."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(outliers.JOINED)) > 0
         count = len(links.to)
@@ -306,7 +306,7 @@ class StrayTiles(PointTiles):
         self.results.write(links.begin, links.read_inside(self.cells.numbers), ~chosen[:count] | small[parts])
 
     def across(self, tiles: Ranges) -> Longs:
-        """Joins parts across tiles; returns those that are stray, ascending."""
+        """Joins parts across tiles; returns the stray parts, ascending."""
         parts, sizes, sums, inner, others = self.load_saved(tiles, "parts", "sizes", "sums", "inner", "others")
         ends = np.searchsorted(parts, inner), np.searchsorted(parts, self._parts.gather(others))
         graph = sparse.coo_matrix((np.ones(len(inner), np.int8), ends), shape=(len(parts), len(parts)))
@@ -324,7 +324,7 @@ class StrayTiles(PointTiles):
 
 
 class NormalTiles(PointTiles):
-    """The tasks of Compute normals for point sets; the results are the normals.
+    """The tasks of the filter Compute normals for point sets; the results are the normals.
 
     Fits planes to neighbours, smooths their normals, and orients them: towards a view point, or consistently along minimum
     spanning trees, first within each tile and then across tiles. Directions have the same bits for any division into tiles,
@@ -333,7 +333,7 @@ class NormalTiles(PointTiles):
 
     result = "<f8", 3
 
-    _signs = Stored("i1")  # the orientation of each normal relative to the first of its part
+    _signs = Stored("i1")  # the orientation of each normal relative to the first normal of its part
     _parts = Stored("<i8")  # the connected component of linked points within the tile, named by its first slot
 
     @property
@@ -372,7 +372,7 @@ class NormalTiles(PointTiles):
         self.directions(0).write(links.begin, normals_of(links.read_all(self.cells.points) / self.cells.scale, links.to))
 
     def smooth(self, iteration: int, first: int, last: int) -> None:
-        """Writes the mean of each normal and the normals of the neighbours, after turning these to its side."""
+        """Writes the mean of each normal and its neighbours' normals, which are first flipped to the same side."""
         links = Links.of(self, first, last)
         before = links.read_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.to))
@@ -394,7 +394,7 @@ class NormalTiles(PointTiles):
         self._parts.write(links.begin, parts + links.begin)
 
     def meet(self, first: int, last: int) -> None:
-        """Sums the agreement of the parts of a tile with parts of other tiles, and the upward components of their normals."""
+        """Sums the agreement of the parts of a tile with parts of other tiles, and the z components of normals in each part."""
         links = Links.of(self, first, last)
         signed = links.read_all(self.directions(self.iterations)) * links.read_all(self._signs)[:, None]
         parts = links.read_all(self._parts)
@@ -410,7 +410,7 @@ class NormalTiles(PointTiles):
         """Returns the parts to flip, ascending, so that connected parts agree, and the sum of their normals points up."""
         parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
-        both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # each pair is there from both sides
+        both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # each pair occurs in both orders
         votes = np.bincount(at.ravel(), votes, minlength=len(both))
         component, signs = _oriented(len(parts), both[:, 0], both[:, 1], votes / (np.abs(votes).max(initial=0.0) or 1.0))
         up = np.bincount(component, signs * ups, minlength=len(parts))
@@ -442,7 +442,7 @@ def _oriented(
     """Orients `count` nodes of a graph consistently, along the spanning forest of the links with the largest absolute agreement.
 
     (l,) `rows` and `others` are the two ends of each link. `agreement` is from -1 to 1: below 0 one end must be flipped. A link
-    that is there in both directions has the same agreement twice.
+    that occurs in both directions has the same agreement twice.
 
     Returns:
         (count,) the first node of the connected component of each node, and (count,) its sign 1 or -1 relative to that node.
@@ -452,7 +452,7 @@ def _oriented(
     ends, weights = (low[once], high[once]), 2.0 - np.abs(agreement[once])  # above 0, since a weight of 0 would be no link
     tree = sparse.csgraph.minimum_spanning_tree(sparse.csr_matrix((weights, ends), shape=(count, count))).tocoo()
     shift = (agreement[once] < 0.0)[np.searchsorted(links, tree.row.astype(np.int64) * count + tree.col)] * count
-    # Every node is there twice, once for each sign, so that each tree becomes two components.
+    # Every node occurs twice, once for each sign, so that each tree becomes two components.
     start = np.concatenate([tree.row, tree.row + count])
     end = np.concatenate([tree.col + shift, tree.col + (count - shift)])
     graph = sparse.coo_matrix((np.ones(len(start), np.int8), (start, end)), shape=(2 * count, 2 * count))

@@ -28,7 +28,7 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
 @contextmanager
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
-    """Removes the matrix of the current layer while the context is open; after an exception, restores the layer.
+    """Removes the transformation matrix of the current layer while the context is open; after an exception, restores the layer.
 
     Deleted elements are not restored. MeshLab cannot remove new scalars and colours of faces and new texture coordinates of
     vertices, and cannot turn triangles back into polygons.
@@ -60,7 +60,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
 
 
 class _Before:
-    """Copies of the arrays that adding elements changes; the layer has no matrix."""
+    """Copies of the arrays that adding elements changes, read while the layer has no transformation matrix."""
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
@@ -70,7 +70,7 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restores the current layer; returns the names of what is lost."""
+        """Restores the current layer; returns the names of the lost data."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -104,7 +104,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
     Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
-    after any filter of MeshLab. New layers come last, and the first of them becomes the current layer.
+    after any filter of MeshLab. New layers are added at the end, and the first of them becomes the current layer.
 
     If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
@@ -166,9 +166,9 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
-    """Adds the edit's vertices and faces to the current layer, which has faces and no matrix.
+    """Adds the edit's vertices and faces to the current layer, which has faces and no transformation matrix.
 
-    Returns an edit of the larger mesh with what remains to be written, such as coordinates, and sentences about losses.
+    Returns an edit of the larger mesh with the values still to write, such as coordinates, and sentences about losses.
     """
     check_growable(mesh)
     check_names(bench, mesh)
@@ -189,12 +189,12 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
         write_wedge_uv(bench, mesh, wedges, enlarged.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
     if (uv := enlarged.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
-    notes = ("the mesh had polygons and no triangle; it has triangles alone now",) if triangulated else ()
+    notes = ("the mesh had polygons and no triangle; now it has only triangles",) if triangulated else ()
     return replace(edit, **remaining), notes
 
 
 def _as_data(mesh: Any) -> MeshData:
-    """Reads the layer with the attributes from which those of added elements are computed."""
+    """Reads the layer and the attributes that determine the attributes of added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
     textures: tuple[Texture, ...] = ()
@@ -210,7 +210,7 @@ def _as_data(mesh: Any) -> MeshData:
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) the faces with the most frequent texture of the rim (`texture_donors`)."""
+    """Returns the (m,) mask of the faces with the most frequent texture of the rim (`texture_donors`)."""
     if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
         return texture_donors(before, added_faces)
     texture_indices = np.full(len(before.faces), -1, np.int32)
@@ -225,7 +225,7 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """Returns the image of a mesh with one texture; with several, pymeshlab does not give the texture of each face."""
+    """Returns the image of a mesh with one texture; with several textures, pymeshlab does not give the texture of each face."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
@@ -245,7 +245,7 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Sets one texture coordinate for each added face, and restores those of the face `seed`, see `grow`."""
+    """Sets one texture coordinate for each added face, and restores the coordinates of the face `seed`, see `grow`."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")

@@ -89,12 +89,12 @@ ROWS = (
     (
         "mixed.obj",
         O + "vt 0 0\nvn 0 0 1\nf 1/1 2//1 3\n",
-        (3, 1, "that 1 of its faces have texture coordinates only at some corners"),
+        (3, 1, "faces with texture coordinates only at some corners (1)"),
     ),
     (
         "mixed2.obj",
         O + "vt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3//1\n",
-        (3, 1, "that 1 of its faces have texture coordinates only at some corners"),
+        (3, 1, "faces with texture coordinates only at some corners (1)"),
     ),
     ("call.obj", O + "call /etc/passwd\nf 1 2 3\n", (3, 1, "display attributes (1)")),
     ("csh.obj", O + "csh rm -rf x\nf 1 2 3\n", (3, 1, "display attributes (1)")),

@@ -41,7 +41,7 @@ ROWS = (
     (
         "more_vertices_than_declared.ply",
         H + V.replace("4", "3") + F.replace("face 4", "face 1") + VR + "3 0 1 2\n",
-        "line 13, '0 0 1', has more than is declared",
+        "line 13, '0 0 1', has more values than its header declares",
     ),
     (
         "cut_index.ply",
@@ -124,7 +124,7 @@ ROWS = (
     (
         "no_x.ply",
         H + V.replace("property float x\n", "") + F + VR.replace("0 0 0", "0 0") + FR,
-        "line 10, '1 0 0', has more than is declared",
+        "line 10, '1 0 0', has more values than its header declares",
     ),
     (
         "no_z.ply",
@@ -209,7 +209,7 @@ ROWS = (
     (
         "long_row.ply",
         H + V + F + VR.replace("1 0 0", "1 0 0 7") + FR,
-        "line 11, '1 0 0 7', has more than is declared",
+        "line 11, '1 0 0 7', has more values than its header declares",
     ),
     ("short_row.ply", H + V + F + VR.replace("1 0 0", "1 0") + FR, "line 11, '1 0', ends before its 'z'"),
     ("one_line.ply", H + V + F + (VR + FR).replace("\n", " ") + "\n", "it declares 4 of 'vertex', but 1 lines follow"),
@@ -234,7 +234,7 @@ ROWS = (
     (
         "extra_in_face.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2 3 9"),
-        "line 16, '3 1 2 3 9', has more than is declared",
+        "line 16, '3 1 2 3 9', has more values than its header declares",
     ),
     (
         "strips.ply",
