@@ -27,7 +27,7 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# Settings tried for each degree: numbers of neighbours, range sigmas as shares of the estimated one, and the most iterations.
+# Settings tried for each degree: numbers of neighbours, shares of the estimated range sigma, and the maximum of iterations.
 # Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
@@ -49,7 +49,7 @@ class Projection(NamedTuple):
 
     @property
     def amount(self) -> float:
-        """The amount of smoothing. A quadric fitted to 4 k neighbours in a disk varies as much as the mean of k neighbours."""
+        """The amount of smoothing. A quadric fitted to 4 k neighbours in a disk has the variance of the mean of k neighbours."""
         return self.neighbors * self.iterations / (1.0 if self.degree == 1 else 4.0)
 
 
@@ -125,9 +125,9 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, the cloud index of each of its points, the spacing, and the reduction 4^k; None if the cloud is clean.
+    """Returns a sample, the indices of its points in the cloud, the spacing, and the reduction 4^k; None if clean or too small.
 
-    While neighbours share noise above half a spacing, a random quarter of the points is kept: k times, with fewer neighbours.
+    As long as noise of more than half a spacing correlates between neighbours, a random quarter of the points is kept, k times.
     """
     kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
     while reduction == 1 or len(kept) >= _ENOUGH:
@@ -182,7 +182,7 @@ class CloudSample:
 
     @cached_property
     def rings(self) -> OneRings:
-        """The one-rings by these pairs."""
+        """The one-rings that `pairs` define."""
         return one_rings(self.pairs, len(self.points))
 
     @cached_property
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) all points or patches around those of least `numbers`, (k,) their indices and (k,) which are inner."""
+    """Returns (k, 3) all points or patches around points with the least `numbers`, (k,) their indices, (k,) which are inner."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

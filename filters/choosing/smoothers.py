@@ -107,8 +107,8 @@ def compare_smoothers(
     Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The winner, and errors with standard errors of no smoothing and the best of each family; see `Scan.choose`. Families whose
-        equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
+        The winner; errors and standard errors of no smoothing and of the best amount of each family, see `Scan.choose`. Families
+        whose equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)

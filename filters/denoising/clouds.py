@@ -148,7 +148,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit normals, each the mean of a normal and those of its neighbours, flipped to its side as in MeshLab.
+    """Returns (m, 3) unit normals, each the mean of a normal and its neighbours' normals turned to its side, as in MeshLab.
 
     `indices` has the (m, k) neighbours of the first m of (n, 3) unit normals of any sign.
     """

@@ -15,7 +15,7 @@ OUTER_TURN = 1.5 * np.pi
 #: A rim that spans a larger share of the area of its component is probably an outer border. The share is (1 + cos t) / 2 for
 #: the cap above, so caps of up to 109 degrees have outer borders.
 OUTER_SHARE = 1 / 3
-#: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or of three quarters of a sphere or more.
+#: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or the rim of a cap above 120 degrees.
 FRAME_TURN = -np.pi
 #: A rim is also a hole if its squared length over the area of its component is below this. The ratio is 4 pi for a flat disc,
 #: the least of all flat sheets, and 4.2 for the cap of 109 degrees.
@@ -24,7 +24,7 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: A hole and its islands may have this many edges together, or `max_edges` if that is more: memory grows with the square.
+#: The largest number of edges of a hole and its islands, or `max_edges` if larger; memory grows with the square of the number.
 MOST_JOINED = 10_000
 #: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[

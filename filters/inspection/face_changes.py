@@ -105,7 +105,7 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """(m,) which faces look away from the mean normals of their vertices, weighted by area.
 
-    If the faces are not coherently oriented, the faces with the minority orientation count.
+    If the faces are not coherently oriented, the faces with the minority orientation count as folded.
 
     Raises:
         FilterInputError: not a mesh.

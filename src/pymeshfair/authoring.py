@@ -42,7 +42,7 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """Makes an empty recipe; `comment` is the head of its script, and its first line the title."""
+        """Makes an empty recipe. `comment` is the head of its script, and the first line of `comment` is the title."""
         self.name = name  # for messages and the records of runs
         self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded

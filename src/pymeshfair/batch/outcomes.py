@@ -1,7 +1,7 @@
 """Outcomes of scans: the journal, from which a batch can resume, the outliers, and ``batch.json`` and ``batch.csv``.
 
 A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. The tables have all
-scans, also those from before the batch was resumed. `QUESTIONS` has the numbers in which scans are compared to find outliers.
+scans, also those cleaned before the batch was resumed. `QUESTIONS` has the numbers that are compared to find outliers.
 """
 
 from __future__ import annotations

@@ -119,8 +119,8 @@ class Parameter:
     default: Any = None  # None in a built-in filter whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
-    #: the number that means "auto" in .mlx scripts, whose types are MeshLab's, and for the function of the filter; None if the
-    #: parameter cannot be automatic
+    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if the parameter cannot be
+    #: automatic
     automatic: float | None = None
 
     kind: typing.ClassVar[str] = "a value"  # the kind of value in messages, e.g. "a whole number"

@@ -33,7 +33,7 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: the most vertices of a mesh whose noise is estimated on all of it; on larger ones a quarter gives the same estimate
+#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which gives the same estimate
 MOST_OF_NOISE = 100_000
 #: cells of the grid that divides a large mesh, along the longest side of its box
 _CELLS = 8
@@ -169,11 +169,11 @@ class Comparison:
     same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
     displacement: Moved | None  # None unless both meshes have the same number of vertices and the same faces
     area_change: float | None  # in percent; None if the first has no area
-    volume_change: float | None  # in percent; None unless both have a volume and the first is not 0
-    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None for clouds
+    volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
+    normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
-    sharp_edges_kept: float | None  # the share of the first's sharp edges, by length, within a mean edge of the second's
+    sharp_edges_kept: float | None  # share by length of the first's sharp edges that have one of the second within a mean edge
     added_area: float | None  # of the second mesh, further than a mean edge from the first
     removed_area: float | None  # of the first mesh, further than a mean edge from the second
     attributes_kept: tuple[str, ...]  # attributes of both meshes

@@ -221,7 +221,7 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, the nearest old vertex on the rim, and (b,) the donor of each added face.
 
-    The donor of an added face is an old face at the rim vertex nearest to its centroid; without a rim, all vertices count.
+    The donor of an added face is an old face at the rim vertex nearest to its centroid; without a rim, any donor vertex counts.
     `points` are (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
     """
     donor_faces = np.flatnonzero(may_donate)

@@ -1,4 +1,4 @@
-"""The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run between them."""
+"""The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run that made the second from the first."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -104,7 +104,7 @@ def comparison_page(
 
 
 def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """Returns the verdict on the distance of the surfaces; with the `change` by a run its main sentence is about this change."""
+    """Returns the verdict on the distance of the surfaces; after a run, the main sentence is about the run's `change`."""
     text = verdict_text(comparison, unit)
     flipped = comparison.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()

@@ -13,7 +13,7 @@ from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
-#: the traits that must be measured on the surface, in up to some tenths of a second each; the others come with the measures
+#: the traits that must be measured on the surface, in up to some tenths of a second each; the measures give the other traits
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture
@@ -117,10 +117,10 @@ def ranked(
     """All shipped recipes, the most suitable first.
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
-    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error of the
-    trial wins; a statistical tie with the best counts as the best, and a recipe without a trial as doing nothing. 4. On an open
-    scan, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
-    order of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, it comes right after ANOTHER.
+    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
+    trial wins; a statistical tie with the best counts as the best, no trial as the error of doing nothing. 4. On an open scan,
+    tasks that close openings come last, as the user may want to keep them. 5. More met conditions without "no" win. 6. The order
+    of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after ANOTHER.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -227,7 +227,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
 
 
 def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
-    """The result of `ranked` in terms of JSON."""
+    """The result of `ranked`, as lists and objects of JSON."""
     return [
         {
             "recipe": s.recipe,
