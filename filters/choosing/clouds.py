@@ -33,7 +33,7 @@ _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90),
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
 # are held out: the patch contains all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
-# Nearest points that stand for the one-ring of a mesh; neighbours and iterations that smooth the copy for the normals.
+# Number of nearest points used as a one-ring; numbers of neighbours and iterations for the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
 # Number of sets of held-out points, and the least number of points in all sets together.
 _MASKS, _ENOUGH = 4, 30
@@ -81,7 +81,7 @@ def chosen_projection(
         cloud moved, turned, scaled or renumbered.
 
     Raises:
-        FilterInputError: not a cloud of 7 points at least, normals or `movable` that do not fit, no such kernel, a parameter out
+        FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
             of range.
     """
     coordinates = check_points(points)
@@ -192,10 +192,10 @@ class CloudSample:
 
     @cached_property
     def correlation(self) -> float:
-        """The correlation of the prediction errors of neighbours in the calmest fifth.
+        """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
 
-        It is the sum of s_i s_j over all pairs of neighbours divided by the sum of (s_i^2 + s_j^2) / 2, where s is a residual of
-        `height_residuals` over its local deviation. Independent noise has about -0.15, a surface without noise more than 0.
+        It is the sum of s_i s_j over these pairs of neighbours, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
+        `height_residuals` divided by the local deviation. Independent noise has about -0.15, a surface without noise above 0.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -211,9 +211,9 @@ class CloudSample:
     def without(self, held: Ints) -> tuple[Floats, Floats]:
         """Returns (k, 3) the points, with predictions at the h held-out ones, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to the quadric through the others. Noise is then added up to the level of the
-        cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from the
-        truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
+        Each held-out point moves along its normal to a quadric fitted to points around. Noise is then added up to the level of
+        the cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from
+        the truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)

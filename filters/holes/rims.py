@@ -1,4 +1,4 @@
-"""Sorts the boundary loops of a mesh into holes, outer borders of open sheets, and islands in holes; reasons to stay open."""
+"""Sorts the boundary loops of a mesh into holes, outer borders of sheets, and islands; gives reasons why rims stay open."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -94,8 +94,8 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Returns whether each rim is the outer border of a sheet.
 
-    The total geodesic curvature is the sum over the rim of pi minus the angle of the surface at the vertex. A rim above
-    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, a curved one less. A rim is
+    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there. A rim above
+    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, and a dome less. A rim is
     probably an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature
     is above `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
     """
@@ -164,10 +164,10 @@ def sorted_rims(
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
-    """Returns for each island the index of the smallest hole of another component around it, -1 without one; islands are rims.
+    """Returns, for each outer rim in `islands`, the index of the smallest hole around it in another component; -1 for no hole.
 
-    An island lies in a hole if all its rim vertices are near the middle plane of the hole and, projected along the normal of the
-    plane, inside the hole's rim, and if its orientation agrees with the surface around.
+    An island lies in a hole if all vertices of its rim are near the middle plane of the hole, if their projections on this plane
+    are inside the hole's rim, and if the island is oriented like the surface around the hole.
     """
     components, _ = connected_components(faces, len(vertices))
     rims = [vertices[hole.vertices] for hole in holes]

@@ -46,9 +46,9 @@ class Outcome:
     finished: str = ""  # the time in UTC
     host: str = ""  # the machine that did the work
     digests: Mapping[str, str] = field(default_factory=dict)  # SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``
-    before: Mapping[str, Any] | None = None  # measures of the input: `SurfaceMeasures` by name; None without measures
+    before: Mapping[str, Any] | None = None  # measures of the input: fields of `SurfaceMeasures`; None if not measured
     after: Mapping[str, Any] | None = None  # measures of the output
-    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None if unknown
+    displacement: Mapping[str, Any] | None = None  # fields of `pymeshfair.running.shape_change.Moved`; None if unknown
     steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each step
     warnings: tuple[str, ...] = ()  # of the run
     breaches: tuple[Mapping[str, Any], ...] = ()  # the guards that were broken
@@ -96,7 +96,7 @@ class Outcome:
         )
 
     def to_document(self) -> dict[str, Any]:
-        """Returns the outcome in the types of JSON."""
+        """Returns the outcome as a dictionary that JSON can hold."""
         return {name: value for name, value in asdict(self).items() if name != "resumed"}
 
 
@@ -187,7 +187,7 @@ _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 
 
 def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
-    """Returns the RMS displacement divided by the mean edge (for a cloud, the mean spacing) of the input."""
+    """Returns the displacement called `name` divided by the mean edge (for a cloud, the mean spacing) of the input."""
     moved, before = outcome.displacement, outcome.before
     edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
     return None if moved is None or not edge else moved[name] / edge
@@ -206,7 +206,7 @@ def area_change(outcome: Outcome) -> float | None:
     return change
 
 
-#: the numbers in which scans are compared to find outliers
+#: the numbers that are compared to find outliers
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
@@ -224,7 +224,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
 
     If more than half of the numbers are equal, that deviation is 0, and the mean absolute deviation replaces it [iglewicz1993].
-    The score of None or of a number that is not finite is None; all scores are None for fewer than five or only equal numbers.
+    None and numbers that are not finite get the score None. All scores are None for fewer than five or only equal finite numbers.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
     median = statistics.median(finite or [0.0])
@@ -299,7 +299,7 @@ class Summary:
         }
 
     def document(self) -> dict[str, Any]:
-        """Returns the summary in the types of JSON."""
+        """Returns the summary as a dictionary that JSON can hold."""
         recipe = self.template.recipe
         described: dict[str, Any] = plain(
             {

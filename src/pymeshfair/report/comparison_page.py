@@ -31,11 +31,11 @@ from ..running.read import ReadMesh
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
-#: the pixels of a picture of a mesh, and of a view of the distances
+#: width and height in pixels: of a picture of a mesh, and of a view of the distances
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-#: the most areas out of tolerance that the page marks and lists
+#: the largest number of areas out of tolerance that the page marks and lists
 _AREAS = 20
 
 

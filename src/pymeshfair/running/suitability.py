@@ -28,7 +28,7 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
 #: tasks other than cleaning, which replace or change the scanned shape; and tasks that close openings with unmeasured surface
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
-#: the largest share of the relief that may be lost; a recipe that takes more erases detail
+#: the largest share of the relief, the detail of the surface, that may be lost; a recipe that takes more erases detail
 ERASED = 0.1
 
 
@@ -227,7 +227,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
 
 
 def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
-    """The result of `ranked`, as lists and objects of JSON."""
+    """The result of `ranked`, as dictionaries that JSON can hold."""
     return [
         {
             "recipe": s.recipe,

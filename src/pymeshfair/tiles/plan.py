@@ -68,7 +68,7 @@ class PlannedStep:
 
     step: int  # its number, from 1
     filter: str  # the Python name
-    values: Mapping[str, Any]  # of its parameters
+    values: Mapping[str, Any]  # the values of its parameters
     deletes: bool = False  # whether the next step, or `DUPLICATES` itself, deletes the selected points
 
     @property
@@ -158,7 +158,7 @@ class Filtering:
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
-    """Returns the parameters of normal filtering; None if the filter chooses some for the mesh."""
+    """Returns the parameters of normal filtering; None if the filter chooses some of them for the mesh."""
     set_values = _set_values(values)
     if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
         if values["choice"] != "fixed":
@@ -241,7 +241,7 @@ class Budget:
 
 
 def budget(memory: int, processors: int) -> Budget:
-    """Divides some bytes of memory among workers."""
+    """Divides `memory` bytes among at most `processors` workers."""
     for workers in range(processors, 0, -1):
         each = (memory - COMMAND) // workers - WORKER
         if each >= LEAST:
@@ -253,7 +253,7 @@ def budget(memory: int, processors: int) -> Budget:
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Returns how many points a tile has for LoOP or stray points with `neighbors` neighbours each, or for `normals` from them.
+    """Returns how many points fit into a tile of `tile` bytes: for LoOP or stray points with `neighbors`, or for `normals`.
 
     LoOP with 20 neighbours takes 209 bytes a point, as measured; the model adds room for points with neighbours in other tiles.
     """
