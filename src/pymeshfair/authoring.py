@@ -58,8 +58,8 @@ class Recipe(FilterMethods):
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Appends a filter, by its Python name or its name in MeshLab's menus, as a step; returns {}, since nothing runs yet.
 
-        Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` of the diagonal, ``"0.5edge"`` or
-        ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
+        Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` of the diagonal,
+        ``"0.5edge"`` or ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
         return {}

@@ -246,7 +246,7 @@ def _continued_texture(
     blend of the colours around. Without an image, (height, width, 3) `pixels`, this is the donor of the added face. Corners are
     not used, since the image may show pixels of other charts there.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `donors` (b,) the donors of added faces; `may_donate` masks all.
+    `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
@@ -270,7 +270,7 @@ def _continued_texture(
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
-    """Returns (b, k) the mean of harmonic values at the corners of each added face; `fixed` vertices have means of their faces."""
+    """Returns (b, k) means of harmonic values at the corners of added faces; `fixed` vertices have the means of their faces."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean
