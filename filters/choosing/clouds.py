@@ -77,8 +77,8 @@ def chosen_projection(
 
     Returns:
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
-        the cloud is clean or hardly any point can be held out. The choice is the same for any number of threads, and for the
-        cloud moved, turned, scaled or renumbered.
+        the cloud is clean or hardly any point can be held out. The choice does not depend on the number of threads, or on the
+        position, direction, scale and order of the points.
 
     Raises:
         FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -125,7 +125,7 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, the indices of its points in the cloud, the spacing, and the reduction 4^k; None if clean or too small.
+    """Returns a sample, its points' indices in the cloud, the spacing, and the reduction 4^k; None if it is clean or too small.
 
     As long as noise of more than half a spacing correlates between neighbours, a random quarter of the points is kept, k times.
     """
@@ -136,7 +136,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
         spacing = float(np.median(sums)) / _NEAR
         if spacing == 0.0:
             return None
-        numbers = (sums / spacing * 1013.0) % 1.0  # random
+        numbers = (sums / spacing * 1013.0) % 1.0  # pseudo-random, from 0 to 1
         local, origin, inner = _patches(points / spacing, numbers)
         origin = kept[origin]
         near = min(_SMOOTHED_BY, len(local) - 1)
@@ -170,7 +170,7 @@ class CloudSample:
     """A cloud to try filters on. Its spacing, the median of the mean distances to the six nearest points, is 1."""
 
     points: Floats  # (k, 3) coordinates
-    inner: Bools  # (k,) which points may be held out, because their neighbourhoods are complete
+    inner: Bools  # (k,) which points may be held out: they are movable, and their neighbourhoods are complete
     normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
@@ -209,9 +209,9 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """Returns (k, 3) the points, with predictions at the h held-out ones, and (h,) the deviations of doing nothing.
+        """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to a quadric fitted to points around. Noise is then added up to the level of
+        Each held-out point moves along its normal to a quadric fitted to the others. Noise is then added up to the level of
         the cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from
         the truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
         """

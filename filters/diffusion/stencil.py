@@ -161,7 +161,7 @@ def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
 
 
 def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, weight: float) -> Advance:
-    """Returns the step to (weight p + sum c_j p_j) / (weight + sum c_j) with the `counts` c; `weight` is 1, on borders 2."""
+    """Returns the step from p to (weight p + sum c_j p_j) / (weight + sum c_j), c the `counts`; `weight` is 1, on borders 2."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
     shares = 1.0 / (totals[rings[0][1:]] - totals[rings[0][:-1]] + weight)
 
@@ -282,7 +282,7 @@ def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighb
 def _move_block(
     points: Floats, out: Floats, kinds: Kinds, first: int, last: int, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
-    """Moves the vertices from `first` to before `last`; returns the bound of `_star_step`."""
+    """Moves the vertices from `first` to `last` - 1; returns the bound of `_star_step`."""
     # The edges of all stars in turn. The first edge of each star is repeated at the end of the star.
     edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
@@ -307,7 +307,7 @@ def _move_block(
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
             sx = sy = sz = total = size = area = 0.0
-            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before it.
+            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before the edge.
             weight = at_u[end] if closed else 0.0
             for u in range(start, end + _U(1)):
                 if u < end:

@@ -153,7 +153,7 @@ def run(
         set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.
         overwrite: replace any existing `output`; otherwise only the output of an earlier run from the same input.
-        timeout: seconds, or None.
+        timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
         unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
         on_event: called with each event of the run.

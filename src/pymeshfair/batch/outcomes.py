@@ -166,7 +166,7 @@ class Journal:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Reads the last outcome of each output; skips incomplete lines. A missing journal is empty."""
+    """Reads the last outcome of each output; skips incomplete lines. A missing journal has no outcomes."""
     outcomes: dict[str, Outcome] = {}
     for line in path.read_bytes().splitlines() if path.exists() else ():
         try:
@@ -236,7 +236,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """Returns the row of a scan in the tables, by the names of the columns."""
+    """Returns the row of a scan in the table, by column name; `far` has the `QUESTIONS` in which the scan is an outlier."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
@@ -320,7 +320,7 @@ class Summary:
         return described
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Writes the JSON document and the CSV table, with one row a scan; replaces the files of a former batch."""
+        """Writes the JSON document and the CSV table, with one row for each scan; replaces the files of a former batch."""
         table = io.StringIO()
         rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")

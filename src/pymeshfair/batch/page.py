@@ -85,7 +85,7 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
 
 
 def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path:
-    """Writes ``batch.html``; `pages` has, by output, the reason why a scan has no page, empty if it has one."""
+    """Writes ``batch.html``; `pages` has, for each output, the reason why it has no page, or "" if it has one."""
     recipe = summary.template.recipe
     text = render(
         "batch.html",

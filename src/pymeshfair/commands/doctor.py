@@ -108,7 +108,7 @@ def look_at_python() -> Iterator[Finding]:
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash it."""
+    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash the process."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment

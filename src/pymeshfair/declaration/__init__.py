@@ -1,7 +1,7 @@
 """The classes that declare a filter: its parameters, the layer that it reads and the edit that it returns.
 
 A frozen `Filter`, which mirrors MeshLab's C++ ``FilterPlugin``, determines all that users see of a filter: the method of
-`MeshSet`, the checks, scripts, ``pymeshfair info`` and the pages. `mesh_filter` makes a `Filter` from a function with an
+`MeshSet`, the checks, scripts, ``pymeshfair info`` and HTML pages. `mesh_filter` makes a `Filter` from a function with an
 annotated, keyword-only signature; CONTRIBUTING.md has an example.
 """
 

@@ -1,4 +1,4 @@
-"""Checks the output files before a run, and writes its mesh to the staging folder.
+"""Checks the output files before a run, and writes the resulting mesh to the staging folder.
 
 A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and
 replace only files that a run wrote. Warnings name the contents that a format cannot hold.
@@ -161,7 +161,7 @@ class Writing:
     textures: Mapping[str, str]  # by texture name, the file name beside the output
     material_file: str  # the name of the material file beside the output
     materials: list[bytes]  # the writer appends the bytes of the material file, if any
-    extension: str = ""  # of the output
+    extension: str = ""  # the extension of the output
 
 
 #: Writes a mesh without a transformation matrix to a file. Returns notes on contents left out or unlike those of the source file.

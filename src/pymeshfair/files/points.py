@@ -38,8 +38,8 @@ class PointsDocument:
     columns: tuple[str, ...]  # the attribute in each column
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
-    counted: bool = False  # whether a line with the number of points precedes them
-    top: float = 255.0  # the value of full intensity in the colour columns; 0 without them
+    counted: bool = False  # whether a line with the number of points precedes the points
+    top: float = 255.0  # the value of full intensity in the colour columns; 0 without such columns
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes vertices in the columns of their source text; others with normals, or in .pts with intensity and colours."""
+    """Writes vertices in the columns of their source text; without one, with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -165,14 +165,14 @@ class Comparison:
     before_from_after: Deviation  # distances of the first surface from the second
     hausdorff: LengthIn  # the larger of the two largest distances
     hausdorff_at_most: LengthIn  # an upper bound of the Hausdorff distance
-    rounding: float  # the distance up to which points with coordinates of this size coincide
+    rounding: float  # the distance up to which points coincide, by the largest coordinate of both meshes
     same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
     displacement: Moved | None  # None unless both meshes have the same number of vertices and the same faces
     area_change: float | None  # in percent; None if the first has no area
     volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
+    flipped_faces: int | None  # number of faces of the second mesh with most samples turned by over 90 degrees from the first
     sharp_edges_kept: float | None  # share by length of the first's sharp edges that have one of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units

@@ -219,10 +219,10 @@ def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) of each added face, a face at a rim vertex.
+    """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
 
     Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices. The rim is the donor vertices of added
-    faces, or else all donor vertices; an added face takes the one nearest to its centroid. `points` are (n + a, 3), `old` is n.
+    faces, or else all donor vertices. The donor of an added face is at the rim vertex nearest to its centroid. `old` is n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex

@@ -68,7 +68,7 @@ class Suitability:
     task: str  # its task
     title: str  # its title
     measure: str  # the measure by which the recipe is judged; empty if its head names none
-    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the trait that was found
+    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the value of its trait
     unmet: tuple[tuple[str, str], ...]  # the other conditions, in the same way
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
@@ -118,7 +118,7 @@ def ranked(
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
     1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
-    trial wins; a statistical tie with the best counts as the best, no trial as the error of doing nothing. 4. On an open scan,
+    trial wins; a statistical tie with the best counts as the best, a missing trial as doing nothing. 4. On an open scan,
     tasks that close openings come last, as the user may want to keep them. 5. More met conditions without "no" win. 6. The order
     of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after ANOTHER.
     """

@@ -147,8 +147,8 @@ class Filtering:
     """The parameters of normal filtering, none of them automatic."""
 
     settings: denoising.NormalFilter  # the filter of the normals
-    vertex_iterations: int  # steps of the vertices in a round
-    outer_iterations: int  # rounds
+    vertex_iterations: int  # the number of steps of the vertices in a round
+    outer_iterations: int  # the number of rounds
     vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces of rounded coordinates
@@ -253,7 +253,7 @@ def budget(memory: int, processors: int) -> Budget:
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Returns how many points fit into a tile of `tile` bytes: for LoOP or stray points with `neighbors`, or for `normals`.
+    """Returns how many points fit into a tile of `tile` bytes, for LoOP, stray points or `normals` with `neighbors` neighbours.
 
     LoOP with 20 neighbours takes 209 bytes a point, as measured; the model adds room for points with neighbours in other tiles.
     """
