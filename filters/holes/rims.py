@@ -24,13 +24,13 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: The largest number of edges of a hole and its islands, or `max_edges` if larger; memory grows with the square of the number.
+#: The largest number of edges of a hole with its islands, or `max_edges` if larger; memory grows with the square of the number.
 MOST_JOINED = 10_000
 #: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
-ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or leave islands loose"
+ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or set islands to 'leave'"
 _WHY: dict[Reason, str] = {
     "selection": ": none of its vertices is selected",
     "outer": ": it is the outer border of an open sheet",

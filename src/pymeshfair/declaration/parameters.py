@@ -44,7 +44,7 @@ def shown(value: Any) -> str:
 class Length:
     """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
 
-    Written ``"0.3"``, ``"1%"``, ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
+    Written as ``"0.3"``, ``"1%"`` or ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
     Only limits of a result, not parameters, may have a unit, as in ``"0.05mm"``.
     """
 
@@ -136,7 +136,7 @@ class Parameter:
         return self.kind
 
     def to_number(self, value: Any) -> Any:
-        """Returns the value, for "auto" the number `automatic`."""
+        """Returns the value; "auto" becomes the number `automatic`."""
         return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:

@@ -221,8 +221,8 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
 
-    Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices. The rim is the donor vertices of added
-    faces, or else all donor vertices. The donor of an added face is at the rim vertex nearest to its centroid. `old` is n.
+    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. The rim is the donor vertices of added faces,
+    or else all of them. An added face gets a donor at the rim vertex nearest to its centroid. `points` are (n + a, 3), `old` n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex

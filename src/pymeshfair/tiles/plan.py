@@ -56,7 +56,7 @@ _WHOLE = {
     "outliers": ("replace", "only"),
     "rounding": ("undo",),
 }
-#: the most rings that an automatic setting reads, for 28 pairs of Taubin's steps; a round of filtering reads fewer
+#: the most rings that an automatic setting reads: two for each of 28 pairs of Taubin's steps; a round of filtering reads fewer
 _WIDEST = 56
 #: planned bytes for each vertex of a tile; measured: 209 for Taubin's steps, 900 for normals averaged over two rings of faces
 _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
