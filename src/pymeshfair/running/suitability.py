@@ -57,7 +57,7 @@ class Trial:
         relief = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{relief}"
-        return f"tried here, it has an error of {self.error:.3f} edges, the scan as it is one of {self.before:.3f}{relief}"
+        return f"tried here, it has an error of {self.error:.3f} edges (the scan as it is: {self.before:.3f}){relief}"
 
 
 @dataclass(frozen=True)

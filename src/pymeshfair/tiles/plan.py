@@ -177,7 +177,7 @@ def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
 def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
     """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, border = _set_values(values), values["border"]
-    # A run in one piece does not use set values of normal_iterations and rounding for its choice either.
+    # As in a run in one piece, given values of normal_iterations and rounding do not influence the choice.
     tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
     setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
     chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
@@ -188,7 +188,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
-            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep', and the others are still chosen"
+            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave the others 'auto'"
         )
     return parameters
 
