@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuses to write the files of an intervention map, which shows what a run changes, by the rules of `check_output`."""
+    """Refuses files that cannot or must not be written, as `check_output` does; intervention maps show a run's changes."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):
