@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 class ImportedWhenUsed:
     """A module that is imported when one of its attributes is first used.
 
-    Unlike `importlib.util.LazyLoader`, it is safe for several threads before Python 3.12, too, and imports submodules.
+    Unlike `importlib.util.LazyLoader`, it is safe in several threads also before Python 3.12, and it imports submodules.
     """
 
     def __init__(self, name: str) -> None:

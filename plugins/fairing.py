@@ -36,16 +36,16 @@ def apply_coord_bilaplacian_smoothing(
     """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
     C is the stiffness and M the mass of the surface; W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink
-    far less than by implicit fairing at the same detail size. Returns w in one over the fourth power of mesh units (0 or infinite
-    if it underflows or overflows), the number of moved vertices and the largest displacement.
+    far less than by implicit fairing at the same detail size. Returns w in 1 / (mesh unit)^4 (0 or infinite if w underflows or
+    overflows), the number of moved vertices and the largest displacement.
 
     Args:
-        weight: How strongly vertices are held in place, w, in one over the fourth power of mean edges. Larger stays closer to the
-            input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.
+        weight: How strongly vertices are held in place, w, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02 smooths
+            strongly, 0.2 mildly. 0: not used, the detail size decides.
         features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle, stay
             sharp; 'scalar': parts with a high vertex scalar.
         feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight; noise
-            is filtered out before. Larger keeps only sharper ridges.
+            is filtered out beforehand. Larger keeps only sharper ridges.
         feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2). Larger
             keeps only higher values.
     """
@@ -112,8 +112,8 @@ def apply_coord_tangential_smoothing(
     Args:
         weight: How strongly vertices are held in place. Larger moves them less in each iteration.
         iterations: The number of steps. More give better triangles, up to a point, and take longer.
-        max_deviation: The largest distance of the centres of triangles and edges from the input surface, at sharp edges a fifth
-            of it; vertices stay on the surface. Larger allows better triangles where the surface is curved or has edges.
+        max_deviation: The largest distance of the centres of triangles and edges from the input surface; at sharp edges a fifth
+            of this value. Vertices stay on the surface. Larger allows better triangles where the surface is curved or has edges.
         flip_edges: Before each step, flip edges where this improves the two adjacent triangles: for range maps and other grids.
             Not on textured meshes.
     """
@@ -165,7 +165,7 @@ def apply_coord_region_fairing(
     """Replaces the selected part of a surface by the smoothest part that continues the surface around it.
 
     For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles are all
-    selected. The others, and open borders, stay. The result depends on one, two or three rings of vertices around the region, so
+    selected. The others, and open borders, stay. The energies read one, two or three rings of vertices around the region, so
     select all of the damage and one ring more. Returns the number of moved vertices, the backward error of the solution, and an
     error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 

@@ -27,13 +27,13 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# Settings tried for each degree: numbers of neighbours, range sigmas as shares of the estimated one, and the most iterations.
+# Settings tried for each degree: numbers of neighbours, shares of the estimated range sigma, and the maximum of iterations.
 # Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
 # are held out: the patch contains all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
-# Nearest points that stand for the one-ring of a mesh; neighbours and iterations that smooth the copy for the normals.
+# Number of nearest points used as a one-ring; numbers of neighbours and iterations for the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
 # Number of sets of held-out points, and the least number of points in all sets together.
 _MASKS, _ENOUGH = 4, 30
@@ -49,7 +49,7 @@ class Projection(NamedTuple):
 
     @property
     def amount(self) -> float:
-        """The amount of smoothing. A quadric fitted to 4 k neighbours in a disk varies as much as the mean of k neighbours."""
+        """The amount of smoothing. A quadric fitted to 4 k neighbours in a disk has the variance of the mean of k neighbours."""
         return self.neighbors * self.iterations / (1.0 if self.degree == 1 else 4.0)
 
 
@@ -77,11 +77,11 @@ def chosen_projection(
 
     Returns:
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
-        the cloud is clean or hardly any point can be held out. The choice is the same for any number of threads, and for the
-        cloud moved, turned, scaled or renumbered.
+        the cloud is clean or hardly any point can be held out. The choice does not depend on the number of threads, or on the
+        position, direction, scale and order of the points.
 
     Raises:
-        FilterInputError: not a cloud of 7 points at least, normals or `movable` that do not fit, no such kernel, a parameter out
+        FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
             of range.
     """
     coordinates = check_points(points)
@@ -125,9 +125,9 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, the cloud index of each of its points, the spacing, and the reduction 4^k; None if the cloud is clean.
+    """Returns a sample, its points' indices in the cloud, the spacing, and the reduction 4^k; None if it is clean or too small.
 
-    While neighbours share noise above half a spacing, a random quarter of the points is kept: k times, with fewer neighbours.
+    As long as noise of more than half a spacing correlates between neighbours, a random quarter of the points is kept, k times.
     """
     kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
     while reduction == 1 or len(kept) >= _ENOUGH:
@@ -136,7 +136,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
         spacing = float(np.median(sums)) / _NEAR
         if spacing == 0.0:
             return None
-        numbers = (sums / spacing * 1013.0) % 1.0  # random
+        numbers = (sums / spacing * 1013.0) % 1.0  # pseudo-random, from 0 to 1
         local, origin, inner = _patches(points / spacing, numbers)
         origin = kept[origin]
         near = min(_SMOOTHED_BY, len(local) - 1)
@@ -170,7 +170,7 @@ class CloudSample:
     """A cloud to try filters on. Its spacing, the median of the mean distances to the six nearest points, is 1."""
 
     points: Floats  # (k, 3) coordinates
-    inner: Bools  # (k,) which points may be held out, because their neighbourhoods are complete
+    inner: Bools  # (k,) which points may be held out: they are movable, and their neighbourhoods are complete
     normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property
@@ -182,7 +182,7 @@ class CloudSample:
 
     @cached_property
     def rings(self) -> OneRings:
-        """The one-rings by these pairs."""
+        """The one-rings that `pairs` define."""
         return one_rings(self.pairs, len(self.points))
 
     @cached_property
@@ -192,10 +192,10 @@ class CloudSample:
 
     @cached_property
     def correlation(self) -> float:
-        """The correlation of the prediction errors of neighbours in the calmest fifth.
+        """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
 
-        It is the sum of s_i s_j over all pairs of neighbours divided by the sum of (s_i^2 + s_j^2) / 2, where s is a residual of
-        `height_residuals` over its local deviation. Independent noise has about -0.15, a surface without noise more than 0.
+        It is the sum of s_i s_j over these pairs of neighbours, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
+        `height_residuals` divided by the local deviation. Independent noise has about -0.15, a surface without noise above 0.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -209,11 +209,11 @@ class CloudSample:
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
 
     def without(self, held: Ints) -> tuple[Floats, Floats]:
-        """Returns (k, 3) the points, with predictions at the h held-out ones, and (h,) the deviations of doing nothing.
+        """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to the quadric through the others. Noise is then added up to the level of the
-        cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from the
-        truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
+        Each held-out point moves along its normal to a quadric fitted to the others. Noise is then added up to the level of
+        the cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from
+        the truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) all points or patches around those of least `numbers`, (k,) their indices and (k,) which are inner."""
+    """Returns (k, 3) all points or patches around points with the least `numbers`, (k,) their indices, (k,) which are inner."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

@@ -18,7 +18,7 @@ from ..spectral import spectral_filter
 #: Takes (n, 3) points of mean edge 1, (m, 3) faces, an amount, and the (n,) mask of movable points (None: all); returns points.
 Smoother: TypeAlias = Callable[[Floats, Ints, float, Bools | None], Floats]
 
-#: detail sizes to try, in mean edges: from 2, below the shortest wave of a mesh, to 32, above the noise of single vertices
+#: detail sizes to try, in mean edges: from 2, shorter than any wave of a mesh, to 32, longer than the noise of single vertices
 DETAIL_SIZES: tuple[float, ...] = tuple(2.0 ** (k / 2.0) for k in range(2, 11))
 #: numbers of pairs of Taubin steps to try
 PASSES: tuple[float, ...] = (1, 2, 3, 5, 8, 12, 18, 28, 42, 64)
@@ -44,7 +44,7 @@ def chosen_amount(
         faces: (m, 3) triangles.
         smooth: the smoother.
         amounts: the amounts to try, ascending; 0, which does nothing, is tried, too.
-        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not evidence.
+        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
         seed: selects the held-out vertices.
         progress: called while amounts are tried; may raise to stop.
 
@@ -107,8 +107,8 @@ def compare_smoothers(
     Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The winner, and errors with standard errors of no smoothing and the best of each family; see `Scan.choose`. Families whose
-        equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
+        The winner; errors and standard errors of no smoothing and of the best amount of each family, see `Scan.choose`. Families
+        whose equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
@@ -119,7 +119,7 @@ def compare_smoothers(
         share = part_of(report, 0.1 * number, 0.1 * (number + 1))
         try:
             choice = amount_on(replace(scan, progress=share), smooth, amounts)
-        except ConvergenceError:  # on some meshes with needles
+        except ConvergenceError:  # on some meshes with needle-shaped triangles
             continue
         if choice is not None and len(choice.trials) > 1:
             # A family that loses to doing nothing is shown with its best amount.

@@ -137,7 +137,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kernel:
-    """A function that runs as machine code, see `compiled`. Numba accepts it as its own function, so kernels can call kernels."""
+    """A function that runs as machine code, see `compiled`. Kernels can call kernels: numba treats them as its own functions."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         """See `compiled`."""
@@ -276,7 +276,7 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 class Compilation:
     """The compilations of this process so far."""
 
-    kernels: int = 0  # the number of kernels, including the one in progress, but not kernels compiled inside another
+    kernels: int = 0  # the number of kernels, including the one in progress, but not those compiled as parts of another
     seconds: float = 0.0  # the total time of the finished compilations
     is_going_on: bool = False  # whether a kernel is being compiled
 

@@ -1,4 +1,4 @@
-"""Candidates of denoising without parameters: Taubin steps alone, and rounds of normal filtering after Taubin steps."""
+"""Candidate settings of automatic denoising: Taubin steps alone, and rounds of normal filtering after Taubin steps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -63,9 +63,9 @@ Chain: TypeAlias = tuple[AutomaticParameters, tuple[int, ...]]
 class Repertoire(NamedTuple):
     """The candidates, as lists of parameters."""
 
-    relaxations: tuple[int, ...]  # pairs of Taubin steps before the chains
-    chains: tuple[Chain, ...]  # normal filtering
-    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # pairs of Taubin steps alone; 0 comes first and does nothing
+    relaxations: tuple[int, ...]  # numbers of pairs of Taubin steps before the chains
+    chains: tuple[Chain, ...]  # parameters and numbers of rounds of normal filtering
+    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # numbers of pairs of Taubin steps alone; 0, the first, does nothing
     relaxation_direction: RelaxationDirection | None = None  # direction of the Taubin steps; None takes it from the noise
     outliers: Outliers | None = None  # treatment of outliers; None takes it from the mesh
 
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with the given values fixed; with filter parameters, Taubin steps alone are left out."""
+        """Returns the repertoire with the given values fixed; Taubin steps alone are left out if `filtering` is given."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -92,7 +92,7 @@ class Repertoire(NamedTuple):
 
 
 #: The whole repertoire. Taubin steps reduce noise along the surface; normal filtering does not. Truncated kernels keep edges;
-#: more noise needs wider kernels. The Huber kernel over few neighbours suits figures.
+#: more noise needs wider kernels. The Huber kernel over few neighbours suits figures such as statues.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list for each family: for Taubin steps alone, and for each chain after each number of Taubin steps. With
-    `alone`, further families move only the replaced outliers: one to their predicted positions, the others then by a chain.
+    `alone`, further families move only the replaced outliers: all to their predicted positions, all but one then by a chain.
     """
 
     def __init__(

@@ -17,7 +17,7 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
 from .bilateral import REACH, Term, range_term, space_term
 
-# The default range sigma as a share of the sigma of 95 % efficiency (`SIGMA_IN_DEVIATIONS`); `bilateral_fleishman` has the same.
+# The default range sigma as a share of the sigma of 95 % efficiency (`SIGMA_IN_DEVIATIONS`), as in `bilateral_fleishman`.
 _SHARE = 0.5
 
 
@@ -49,7 +49,7 @@ def bilateral_projection(
     The heights are h_ij = n_i . (p_j - p_i). This is the filter of [fleishman2003] without triangles: the sums go over the
     nearest neighbours of each point, searched again in every iteration. Degree 2 fits a polynomial of second degree in the
     tangential coordinates to the heights, by least squares with the weights f g, and moves p_i by its value at 0: an osculating
-    jet [cazals2005]. If it would pass on more noise than p_i has, as beyond a border, a plane replaces it, or else the mean.
+    jet [cazals2005]. If the polynomial would pass on more noise than p_i has, as at a border, a plane or the mean replaces it.
 
     Args:
         points: (n, 3) coordinates.
@@ -62,7 +62,7 @@ def bilateral_projection(
             neighbours in the input.
         space_sigma: scale of f in the unit of the points. Larger makes the weights of near and distant neighbours more equal.
             None: the kernel's radius, sqrt(2) sigma, is the mean distance of the farthest neighbour.
-        iterations: steps. More are smoother; the time is proportional.
+        iterations: number of iterations. More iterations smooth more; the time is proportional to their number.
         degree: 1 or 2. Quadrics follow curvature, and need four times as many neighbours for the same noise.
         movable: (n,) bool, which points may move, None for all. Fixed points still count as neighbours.
         progress: called after every step.
@@ -98,7 +98,7 @@ def projections(
     scale: float = 1.0,
     movable: Bools | None = None,
 ) -> Iterator[Floats]:
-    """Yields the points after each iteration of `bilateral_projection`, without end, or nothing if there is nothing to remove.
+    """Yields the points after each iteration of `bilateral_projection`, without end; nothing if a kernel's sigma is 0.
 
     The arguments are those of `bilateral_projection`, but the points are normalised, and the sigmas are multiplied by `scale`.
     """
@@ -148,9 +148,9 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit normals, each the mean of a normal and those of its neighbours, flipped to its side as in MeshLab.
+    """Returns (m, 3) unit normals, each the mean of a normal and its neighbours' normals turned to its side, as in MeshLab.
 
-    `indices` has the (m, k) neighbours of the first m of (n, 3) unit normals of any sign.
+    `normals` are (n, 3) unit normals of any sign; `indices` has the k neighbours of each of the first m.
     """
     smooth = np.empty((len(indices), 3))
     for part in blocks(len(indices)):
@@ -164,7 +164,7 @@ def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
 
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:
-    """Returns (n, 3) the normals with length 1, 0 stays 0; `FilterInputError` if their number is not n."""
+    """Returns (n, 3) the normals scaled to length 1; a normal of 0 stays. Raises `FilterInputError` unless there are n."""
     directions = check_points(normals)
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one per point, got {directions.shape}")

@@ -42,14 +42,14 @@ Rings: TypeAlias = tuple[Longs, Ints]
 _U: Any = np.uint64
 #: The divisor of the operator: the sum of absolute weights; the mixed Voronoi area; MeshLab's sum of doubled weights, plus one.
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
-#: Vertices of a block; the edges of their stars stay in the first-level cache.
+#: The number of vertices in a block; the edges of their stars stay in the first-level cache.
 _BLOCK = 64
 
 
 def explicit_stencil(
     mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
-    """Returns the step of `operator` on a mesh or cloud, with weights of the current points ("robust": of the input's points)."""
+    """Returns the step of `operator`, with weights of the current points; on clouds and for "robust", of the input's points."""
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
@@ -161,7 +161,7 @@ def _assembled(laplacian: Laplacian, moves: Kinds) -> Advance:
 
 
 def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, weight: float) -> Advance:
-    """Returns the step to (weight p + sum c_j p_j) / (weight + sum c_j); `weight` is 1 on surfaces and 2 on borders."""
+    """Returns the step from p to (weight p + sum c_j p_j) / (weight + sum c_j), c the `counts`; `weight` is 1, on borders 2."""
     totals = np.concatenate([[0.0], np.cumsum(counts)])
     shares = 1.0 / (totals[rings[0][1:]] - totals[rings[0][:-1]] + weight)
 
@@ -205,7 +205,7 @@ def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, nei
 def _weighted_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
 ) -> None:
-    """Moves vertices by the weighted sum of their edges, times `shares`: the step over the mass."""
+    """Moves each vertex by the weighted sum of its edge vectors, times its number in `shares`."""
     for i in prange(moves.shape[0]):
         if moves[i]:
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -224,7 +224,7 @@ def _weighted_step(
 def _length_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
-    """Moves by the sum of unit edges over the sum of inverse lengths, or over half the sum of lengths (`by_arc_length`)."""
+    """Moves by `step` (sum of unit edges) / (sum of inverse lengths; with `by_arc_length` half the sum of lengths)."""
     bound = 0.0
     for i in prange(moves.shape[0]):
         if moves[i]:
@@ -282,8 +282,8 @@ def _star_step(points: Floats, out: Floats, kinds: Kinds, offsets: Longs, neighb
 def _move_block(
     points: Floats, out: Floats, kinds: Kinds, first: int, last: int, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
-    """Moves the vertices from `first` to before `last`; returns the bound of `_star_step`."""
-    # The edges of all stars in turn. The first edge of each star is repeated at its end.
+    """Moves the vertices from `first` to `last` - 1; returns the bound of `_star_step`."""
+    # The edges of all stars in turn. The first edge of each star is repeated at the end of the star.
     edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
     at = _U(0)
@@ -298,7 +298,7 @@ def _move_block(
                 at += _U(1)
             x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
             at += _U(1)
-    # u is an edge, v the next one. In this loop several square roots and divisions, most of the work, run at a time.
+    # u is an edge, v the next one. The processor runs several square roots and divisions at a time; they are most of the work.
     for u in range(max(at, _U(1)) - _U(1)):
         v = u + _U(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
@@ -307,7 +307,7 @@ def _move_block(
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
             sx = sy = sz = total = size = area = 0.0
-            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before it.
+            # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before the edge.
             weight = at_u[end] if closed else 0.0
             for u in range(start, end + _U(1)):
                 if u < end:

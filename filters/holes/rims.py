@@ -1,4 +1,4 @@
-"""Sorts the boundary loops of a mesh into holes, outer borders of open sheets, and islands in holes; reasons to stay open."""
+"""Sorts the boundary loops of a mesh into holes, outer borders of sheets, and islands; gives reasons why rims stay open."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -15,7 +15,7 @@ OUTER_TURN = 1.5 * np.pi
 #: A rim that spans a larger share of the area of its component is probably an outer border. The share is (1 + cos t) / 2 for
 #: the cap above, so caps of up to 109 degrees have outer borders.
 OUTER_SHARE = 1 / 3
-#: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or of three quarters of a sphere or more.
+#: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or the rim of a cap above 120 degrees.
 FRAME_TURN = -np.pi
 #: A rim is also a hole if its squared length over the area of its component is below this. The ratio is 4 pi for a flat disc,
 #: the least of all flat sheets, and 4.2 for the cap of 109 degrees.
@@ -24,13 +24,13 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: A hole and its islands may have this many edges together, or `max_edges` if that is more: memory grows with the square.
+#: The largest number of edges of a hole with its islands, or `max_edges` if larger; memory grows with the square of the number.
 MOST_JOINED = 10_000
 #: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
-ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or leave islands loose"
+ISLAND_IN_IT = ": an island lies in it, and cannot be joined to it; to fill the hole, delete the island or set islands to 'leave'"
 _WHY: dict[Reason, str] = {
     "selection": ": none of its vertices is selected",
     "outer": ": it is the outer border of an open sheet",
@@ -94,8 +94,8 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Returns whether each rim is the outer border of a sheet.
 
-    The total geodesic curvature is the sum over the rim of pi minus the angle of the surface at the vertex. A rim above
-    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, a curved one less. A rim is
+    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there. A rim above
+    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, and a dome less. A rim is
     probably an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature
     is above `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
     """
@@ -164,10 +164,10 @@ def sorted_rims(
 
 
 def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[int]:
-    """Returns for each island the index of the smallest hole of another component around it, -1 without one; islands are rims.
+    """Returns, for each outer rim in `islands`, the index of the smallest hole around it in another component; -1 for no hole.
 
-    An island lies in a hole if all its rim vertices are near the middle plane of the hole and, projected along the normal of the
-    plane, inside the hole's rim, and if its orientation agrees with the surface around.
+    An island lies in a hole if all vertices of its rim are near the middle plane of the hole, if their projections on this plane
+    are inside the hole's rim, and if the island is oriented like the surface around the hole.
     """
     components, _ = connected_components(faces, len(vertices))
     rims = [vertices[hole.vertices] for hole in holes]

@@ -16,17 +16,17 @@ from .surface_measures import dihedral_angles, face_measures
 #: The smallest angle between the normals of the two faces of a sharp edge, in degrees.
 SHARP = 40.0
 # `side_changes` smooths displacements by 12 steps d <- d + 2/3 L d with the uniform operator L, over about two edges in all
-# directions: independent noise falls to an eighth, but the displacement of an end six edges wide remains.
+# directions: independent noise falls to an eighth, but the displacement of a whole end of a shape, six edges wide, remains.
 _STEPS, _STEP = 12, 2.0 / 3.0
 
 
 class SharpEdges(NamedTuple):
-    """The edges whose two faces meet at an angle of at least `SHARP`."""
+    """The edges with two faces whose normals differ by at least `SHARP` degrees."""
 
     pairs: Ints  # (k, 2) the vertices of each edge
-    faces: Ints  # (k, 2) its two faces
-    middles: Floats  # (k, 3) its midpoint
-    lengths: Floats  # (k,) its length
+    faces: Ints  # (k, 2) the two faces of each edge
+    middles: Floats  # (k, 3) the midpoint of each edge
+    lengths: Floats  # (k,) the length of each edge
 
 
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
@@ -51,7 +51,7 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
 def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
     """The share of the sharp edges of `before`, by length, that `after` still has nearby; None if `before` has none.
 
-    An edge is kept if a sharp edge of `after` has its midpoint at most `within` away, in mesh units; larger keeps more.
+    An edge is kept if a sharp edge of `after` has its midpoint at most `within` mesh units away; a larger `within` keeps more.
     """
     total = math.fsum(before.lengths)
     if total == 0.0:
@@ -105,7 +105,7 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """(m,) which faces look away from the mean normals of their vertices, weighted by area.
 
-    If the faces are not coherently oriented, the faces with the minority orientation count.
+    If the faces are not coherently oriented, the faces with the minority orientation count as folded.
 
     Raises:
         FilterInputError: not a mesh.

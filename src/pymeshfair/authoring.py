@@ -42,7 +42,7 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """Makes an empty recipe; `comment` is the head of its script, and its first line the title."""
+        """Makes an empty recipe. `comment` is the head of its script, and the first line of `comment` is the title."""
         self.name = name  # for messages and the records of runs
         self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
@@ -58,8 +58,8 @@ class Recipe(FilterMethods):
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Appends a filter, by its Python name or its name in MeshLab's menus, as a step; returns {}, since nothing runs yet.
 
-        Parameters, by Python name, get values or results of `setting`. Lengths are ``"1%"`` of the diagonal, ``"0.5edge"`` or
-        ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
+        Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` of the diagonal,
+        ``"0.5edge"`` or ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
         return {}
@@ -153,7 +153,7 @@ def run(
         set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.
         overwrite: replace any existing `output`; otherwise only the output of an earlier run from the same input.
-        timeout: seconds, or None.
+        timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
         unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
         on_event: called with each event of the run.

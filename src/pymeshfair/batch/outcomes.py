@@ -1,7 +1,7 @@
 """Outcomes of scans: the journal, from which a batch can resume, the outliers, and ``batch.json`` and ``batch.csv``.
 
 A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. The tables have all
-scans, also those from before the batch was resumed. `QUESTIONS` has the numbers in which scans are compared to find outliers.
+scans, also those cleaned before the batch was resumed. `QUESTIONS` has the numbers that are compared to find outliers.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class Outcome:
     finished: str = ""  # the time in UTC
     host: str = ""  # the machine that did the work
     digests: Mapping[str, str] = field(default_factory=dict)  # SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``
-    before: Mapping[str, Any] | None = None  # measures of the input: `SurfaceMeasures` by name; None without measures
+    before: Mapping[str, Any] | None = None  # measures of the input: fields of `SurfaceMeasures`; None if not measured
     after: Mapping[str, Any] | None = None  # measures of the output
-    displacement: Mapping[str, Any] | None = None  # `pymeshfair.running.shape_change.Moved` by name; None if unknown
+    displacement: Mapping[str, Any] | None = None  # fields of `pymeshfair.running.shape_change.Moved`; None if unknown
     steps: tuple[Mapping[str, Any], ...] = ()  # the name and the seconds of each step
     warnings: tuple[str, ...] = ()  # of the run
     breaches: tuple[Mapping[str, Any], ...] = ()  # the guards that were broken
@@ -96,7 +96,7 @@ class Outcome:
         )
 
     def to_document(self) -> dict[str, Any]:
-        """Returns the outcome in the types of JSON."""
+        """Returns the outcome as a dictionary that JSON can hold."""
         return {name: value for name, value in asdict(self).items() if name != "resumed"}
 
 
@@ -166,7 +166,7 @@ class Journal:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Reads the last outcome of each output; skips incomplete lines. A missing journal is empty."""
+    """Reads the last outcome of each output; skips incomplete lines. A missing journal has no outcomes."""
     outcomes: dict[str, Outcome] = {}
     for line in path.read_bytes().splitlines() if path.exists() else ():
         try:
@@ -187,7 +187,7 @@ _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 
 
 def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
-    """Returns the RMS displacement divided by the mean edge (for a cloud, the mean spacing) of the input."""
+    """Returns the displacement called `name` divided by the mean edge (for a cloud, the mean spacing) of the input."""
     moved, before = outcome.displacement, outcome.before
     edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
     return None if moved is None or not edge else moved[name] / edge
@@ -206,7 +206,7 @@ def area_change(outcome: Outcome) -> float | None:
     return change
 
 
-#: the numbers in which scans are compared to find outliers
+#: the numbers that are compared to find outliers
 QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
@@ -224,7 +224,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
 
     If more than half of the numbers are equal, that deviation is 0, and the mean absolute deviation replaces it [iglewicz1993].
-    The score of None or of a number that is not finite is None; all scores are None for fewer than five or only equal numbers.
+    None and numbers that are not finite get the score None. All scores are None for fewer than five or only equal finite numbers.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
     median = statistics.median(finite or [0.0])
@@ -236,7 +236,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """Returns the row of a scan in the tables, by the names of the columns."""
+    """Returns the row of a scan in the table, by column name; `far` has the `QUESTIONS` in which the scan is an outlier."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
@@ -299,7 +299,7 @@ class Summary:
         }
 
     def document(self) -> dict[str, Any]:
-        """Returns the summary in the types of JSON."""
+        """Returns the summary as a dictionary that JSON can hold."""
         recipe = self.template.recipe
         described: dict[str, Any] = plain(
             {
@@ -320,7 +320,7 @@ class Summary:
         return described
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Writes the JSON document and the CSV table, with one row a scan; replaces the files of a former batch."""
+        """Writes the JSON document and the CSV table, with one row for each scan; replaces the files of a former batch."""
         table = io.StringIO()
         rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")

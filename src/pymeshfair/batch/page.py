@@ -40,7 +40,7 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Writes the page of a scan that was done, unless its page exists with the present checksums of its files."""
+    """Writes the page of a scan that was done, unless a page with the current checksums of the scan's files exists."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "it has no provenance, so that its input is unknown")
@@ -70,7 +70,7 @@ def _draw(input: Path, output: Path, page: Path) -> None:
 
 
 NAME = "batch.html"
-#: the most scans that are named for a kind of warning
+#: the largest number of scans that are named for each kind of warning
 _EXAMPLES = 5
 #: the columns of numbers: the heading, the entry of `QUESTIONS` whose outliers are marked, and the function that gives a number
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
@@ -85,7 +85,7 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
 
 
 def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path:
-    """Writes ``batch.html``; `pages` has, by output, the reason why a scan has no page, empty if it has one."""
+    """Writes ``batch.html``; `pages` has, for each output, the reason why it has no page, or "" if it has one."""
     recipe = summary.template.recipe
     text = render(
         "batch.html",

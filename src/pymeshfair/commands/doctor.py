@@ -108,7 +108,7 @@ def look_at_python() -> Iterator[Finding]:
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash it."""
+    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash the process."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment
@@ -190,6 +190,6 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
         if remove:
             remove_folder(path)
         detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
-        can_resume = "the same command with --resume goes on with it; " if path.name.startswith(WORK_PREFIX) else ""
+        can_resume = "the same command with --resume continues the run; " if path.name.startswith(WORK_PREFIX) else ""
         advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes it"
         yield Finding("left files", True, detail, advice)

@@ -1,7 +1,7 @@
 """The classes that declare a filter: its parameters, the layer that it reads and the edit that it returns.
 
 A frozen `Filter`, which mirrors MeshLab's C++ ``FilterPlugin``, determines all that users see of a filter: the method of
-`MeshSet`, the checks, scripts, ``pymeshfair info`` and the pages. `mesh_filter` makes a `Filter` from a function with an
+`MeshSet`, the checks, scripts, ``pymeshfair info`` and HTML pages. `mesh_filter` makes a `Filter` from a function with an
 annotated, keyword-only signature; CONTRIBUTING.md has an example.
 """
 
@@ -123,11 +123,11 @@ class Edit:
     The layer has n vertices and m faces; N = n + a and M = m + b include the added elements, which come last.
 
     An edit may leave attributes of added elements unset: then scalars and texture coordinates come from the nearest old element,
-    and colours are a blend of the colours around. All three corners of such a face get the same texture coordinates, at a place
-    of about this colour. Added elements are not selected, their custom attributes are 0, and normals follow from the coordinates.
+    and colours are a blend of the colours around. All three corners of an added face get the same texture coordinates, where the
+    image has about this blend. Added elements are not selected, custom attributes are 0, normals follow from the coordinates.
 
     Added elements have side effects in MeshLab: a mesh with texture coordinates only at face corners gets some at its vertices, a
-    mesh of polygons only becomes a triangle mesh, and new face scalars make the faces of a mesh without colours white.
+    mesh of polygons without triangles becomes a triangle mesh, and new face scalars make faces of a mesh without colours white.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates
@@ -258,14 +258,14 @@ def mesh_filter(
     references: Sequence[str] = (),
     equivalent: FindEquivalent | None = None,
 ) -> Callable[[Callable[..., Edit]], Filter]:
-    """Makes a `Filter` of a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit``.
+    """Makes a `Filter` from a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit``.
 
     The name of the function is the Python name, its docstring the description. The section ``Args:`` has the help texts
     that annotations lack. A group of parameters that filters share is a frozen, keyword-only dataclass with
     fields annotated in the same way and help under ``Attributes:``; the function takes the group as one parameter, users see its
     fields. Users do not see a parameter ``progress``: the host passes a function that takes the completed share, from 0 to 1.
-    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove it. Raises `DeclarationError` if the signature,
-    a default or a bound contradicts itself.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove the equivalence. Raises `DeclarationError` for
+    an incomplete or contradictory declaration.
     """
 
     def declare(function: Callable[..., Edit]) -> Filter:

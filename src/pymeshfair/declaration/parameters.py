@@ -1,6 +1,6 @@
 """The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
 
-A length is in mesh units, or relative, so that it suits every mesh, or has a unit, such as 0.05mm.
+A length is a number of mesh units, or relative to the mesh (percent, mean edges), or has a unit, such as 0.05mm.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..errors import ParameterError, nearest
 
 AUTO = "auto"  # the word for a value that the filter chooses for the mesh
 LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in"]
-METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}  # the units that a scan may be in, in metres
+METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}  # the units that a scan may have, in metres
 _LENGTH_SUFFIX = {"absolute": "", "percent": "%", "edge": "edge"} | {unit: unit for unit in METRES}
 _LENGTH = re.compile(rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?|{'|'.join(METRES)})?")
 
@@ -44,7 +44,7 @@ def shown(value: Any) -> str:
 class Length:
     """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
 
-    Written ``"0.3"``, ``"1%"``, ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
+    Written as ``"0.3"``, ``"1%"`` or ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
     Only limits of a result, not parameters, may have a unit, as in ``"0.05mm"``.
     """
 
@@ -119,8 +119,8 @@ class Parameter:
     default: Any = None  # None in a built-in filter whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
-    #: the number that means "auto" in .mlx scripts, whose types are MeshLab's, and for the function of the filter; None if the
-    #: parameter cannot be automatic
+    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if the parameter cannot be
+    #: automatic
     automatic: float | None = None
 
     kind: typing.ClassVar[str] = "a value"  # the kind of value in messages, e.g. "a whole number"
@@ -136,7 +136,7 @@ class Parameter:
         return self.kind
 
     def to_number(self, value: Any) -> Any:
-        """Returns the value, for "auto" the number `automatic`."""
+        """Returns the value; "auto" becomes the number `automatic`."""
         return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:
@@ -170,7 +170,7 @@ class _Bounded(Parameter):
     maximum: float | None = None
 
     def check_bounds(self, value: Any, number: float) -> None:
-        """Raises `ParameterError` for a number out of bounds, or outside the range of MeshLab's parameters, C floats."""
+        """Raises `ParameterError` for a number out of bounds, or outside the range of C floats, which MeshLab uses."""
         if (self.minimum is not None and number < self.minimum) or (self.maximum is not None and number > self.maximum):
             raise self.refusal(value)
         if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:

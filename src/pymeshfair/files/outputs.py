@@ -1,4 +1,4 @@
-"""Checks the output files before a run, and writes its mesh to the staging folder.
+"""Checks the output files before a run, and writes the resulting mesh to the staging folder.
 
 A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and
 replace only files that a run wrote. Warnings name the contents that a format cannot hold.
@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuses intervention maps that cannot or must not be written, by the rules of `check_output`."""
+    """Refuses files that cannot or must not be written, as `check_output` does; intervention maps show a run's changes."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):
@@ -161,7 +161,7 @@ class Writing:
     textures: Mapping[str, str]  # by texture name, the file name beside the output
     material_file: str  # the name of the material file beside the output
     materials: list[bytes]  # the writer appends the bytes of the material file, if any
-    extension: str = ""  # of the output
+    extension: str = ""  # the extension of the output
 
 
 #: Writes a mesh without a transformation matrix to a file. Returns notes on contents left out or unlike those of the source file.

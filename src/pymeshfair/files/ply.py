@@ -17,7 +17,7 @@ from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, tex
 from .polygons import triangulated
 from .tokens import Tokens
 
-#: the two names of the list of a face's corners
+#: the two names that a face's list of corners may have
 CORNERS = ("vertex_indices", "vertex_index")
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
@@ -228,7 +228,7 @@ def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
     grid[lists.lengths > 0] = lists.values
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
-    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # of the triangles of cells without d or a
+    third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # first corner of the triangle in a cell without d or a
     corners = ((d, c, a), (a, b, d), (third, a, b), (fourth, d, c))
     triangles = np.stack([np.stack(each, axis=1) for each in corners], axis=1)
     return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)

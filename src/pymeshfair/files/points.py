@@ -1,4 +1,4 @@
-"""Reads and writes texts of points: one row of numbers a point, after optional lines with titles and a count.
+"""Reads and writes texts of points: one row of numbers for each point, after optional lines with titles and a count.
 
 PTX files have grids of points from scanners, each after a header with its size, the scanner's pose and a matrix.
 """
@@ -26,7 +26,7 @@ _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny"
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
 #: how many numbers each line of a PTX header has: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
-#: how many numbers a PTX point has: position and intensity, or these and a colour
+#: how many numbers a PTX point has: position and intensity, or position, intensity and colour
 _PLAIN, _COLOURED = 4, 7
 _ROUNDED = 1e-6  # the largest error in the last column of a PTX matrix
 
@@ -38,8 +38,8 @@ class PointsDocument:
     columns: tuple[str, ...]  # the attribute in each column
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
-    counted: bool = False  # whether a line with the number of points precedes them
-    top: float = 255.0  # the value of full intensity in the colour columns; 0 without them
+    counted: bool = False  # whether a line with the number of points precedes the points
+    top: float = 255.0  # the value of full intensity in the colour columns; 0 without such columns
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes vertices in the columns of the text they came from; others with normals, or in .pts with intensity and colours."""
+    """Writes vertices in the columns of their source text; without one, with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -33,7 +33,7 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: the most vertices of a mesh whose noise is estimated on all of it; on larger ones a quarter gives the same estimate
+#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which gives the same estimate
 MOST_OF_NOISE = 100_000
 #: cells of the grid that divides a large mesh, along the longest side of its box
 _CELLS = 8
@@ -49,9 +49,9 @@ class MeshState:
     """One mesh and its measures."""
 
     mesh: MeshData
-    #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and ``border_loops``; ``holes``: border
-    #: loops that are not the outer border of a sheet; ``self_intersecting_faces``: None if not searched; ``noise``: the standard
-    #: deviation along the normals of `part_for_noise` in mesh units, None for a cloud; ``sharp_edge_length``
+    #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and these: number of ``border_loops``;
+    #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
+    #: ``noise`` of `part_for_noise`, its standard deviation along normals, None for a cloud; ``sharp_edge_length`` (mesh units)
     measures: dict[str, Any]
     sharp: SharpEdges  # the sharp edges
 
@@ -165,17 +165,17 @@ class Comparison:
     before_from_after: Deviation  # distances of the first surface from the second
     hausdorff: LengthIn  # the larger of the two largest distances
     hausdorff_at_most: LengthIn  # an upper bound of the Hausdorff distance
-    rounding: float  # the distance up to which points with coordinates of this size coincide
+    rounding: float  # the distance up to which points coincide, by the largest coordinate of both meshes
     same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
     displacement: Moved | None  # None unless both meshes have the same number of vertices and the same faces
     area_change: float | None  # in percent; None if the first has no area
-    volume_change: float | None  # in percent; None unless both have a volume and the first is not 0
-    normal_deviation: float | None  # the mean angle in degrees between the normals of both, by area; None for clouds
+    volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
+    normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # faces of the second mesh whose samples are mostly turned by over 90 degrees from the first
-    sharp_edges_kept: float | None  # the share of the first's sharp edges, by length, within a mean edge of the second's
-    added_area: float | None  # of the second mesh, further than a mean edge from the first
-    removed_area: float | None  # of the first mesh, further than a mean edge from the second
+    flipped_faces: int | None  # number of faces of the second mesh with most samples turned by over 90 degrees from the first
+    sharp_edges_kept: float | None  # share by length of the first's sharp edges that have one of the second within a mean edge
+    added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
+    removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
     attributes_kept: tuple[str, ...]  # attributes of both meshes
     attributes_lost: tuple[str, ...]  # attributes of the first mesh alone
     attributes_gained: tuple[str, ...]  # attributes of the second mesh alone
@@ -304,7 +304,7 @@ def _change(before: float | None, after: float | None) -> float | None:
 def _faces(
     before: MeshState, after: MeshState, samples: SurfaceDistance, samples_before: SurfaceDistance, *, same_faces: bool
 ) -> dict[str, Any]:
-    """Compares normals and areas of faces at the samples of two meshes; all values are None if one has no faces."""
+    """Compares normals and areas of faces at the samples of two meshes; all values are None if a mesh has no faces."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)

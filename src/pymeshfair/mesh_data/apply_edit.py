@@ -153,7 +153,7 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
 
 
 def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) the possible texture donors: the faces with the most frequent texture at the rim, or all faces."""
+    """Returns (m,) the possible texture donors: the faces with the most frequent texture at added faces, or all faces."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -219,10 +219,10 @@ def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Returns (a,) the donor of each added vertex, the nearest old vertex on the rim, and (b,) the donor of each added face.
+    """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
 
-    The donor of an added face is an old face at the rim vertex nearest to its centroid; without a rim, all vertices count.
-    `points` are (n + a, 3), `old` is n. Donors are the faces in the (m,) mask `may_donate`, at least one, and their vertices.
+    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. The rim is the donor vertices of added faces,
+    or else all of them. An added face gets a donor at the rim vertex nearest to its centroid. `points` are (n + a, 3), `old` n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
@@ -246,7 +246,7 @@ def _continued_texture(
     blend of the colours around. Without an image, (height, width, 3) `pixels`, this is the donor of the added face. Corners are
     not used, since the image may show pixels of other charts there.
 
-    `wedges` are the (m, 3, 2) texture coordinates at the corners, `may_donate` masks the possible `donors`.
+    `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
@@ -270,7 +270,7 @@ def _continued_texture(
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
-    """Returns (b, k) the mean of harmonic values at the corners of each added face; `fixed` vertices hold means of faces."""
+    """Returns (b, k) means of harmonic values at the corners of added faces; `fixed` vertices have the means of their faces."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean

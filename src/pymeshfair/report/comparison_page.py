@@ -1,4 +1,4 @@
-"""The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run between them."""
+"""The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run that made the second from the first."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -31,11 +31,11 @@ from ..running.read import ReadMesh
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
-#: the pixels of a picture of a mesh, and of a view of the distances
+#: width and height in pixels: of a picture of a mesh, and of a view of the distances
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-#: the most areas out of tolerance that the page marks and lists
+#: the largest number of areas out of tolerance that the page marks and lists
 _AREAS = 20
 
 
@@ -104,7 +104,7 @@ def comparison_page(
 
 
 def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
-    """Returns the verdict on the distance of the surfaces; with the `change` by a run its main sentence is about this change."""
+    """Returns the verdict on the distance of the surfaces; after a run, the main sentence is about the run's `change`."""
     text = verdict_text(comparison, unit)
     flipped = comparison.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()

@@ -13,7 +13,7 @@ from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
-#: the traits that must be measured on the surface, in up to some tenths of a second each; the others come with the measures
+#: the traits that must be measured on the surface, in up to some tenths of a second each; the measures give the other traits
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture
@@ -28,7 +28,7 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
 #: tasks other than cleaning, which replace or change the scanned shape; and tasks that close openings with unmeasured surface
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
-#: the largest share of the relief that may be lost; a recipe that takes more erases detail
+#: the largest share of the relief, the detail of the surface, that may be lost; a recipe that takes more erases detail
 ERASED = 0.1
 
 
@@ -57,7 +57,7 @@ class Trial:
         relief = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is hardly any noise: it would move vertices by {self.error:.2g} edges{relief}"
-        return f"tried here, it has an error of {self.error:.3f} edges, the scan as it is one of {self.before:.3f}{relief}"
+        return f"tried here, it has an error of {self.error:.3f} edges (the scan as it is: {self.before:.3f}){relief}"
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Suitability:
     task: str  # its task
     title: str  # its title
     measure: str  # the measure by which the recipe is judged; empty if its head names none
-    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the trait that was found
+    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the value of its trait
     unmet: tuple[tuple[str, str], ...]  # the other conditions, in the same way
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
@@ -117,10 +117,10 @@ def ranked(
     """All shipped recipes, the most suitable first.
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
-    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error of the
-    trial wins; a statistical tie with the best counts as the best, and a recipe without a trial as doing nothing. 4. On an open
-    scan, tasks that close them come last, as the user may want them open. 5. More met conditions without "no" win. 6. The
-    order of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, it comes right after ANOTHER.
+    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
+    trial wins; a statistical tie with the best counts as the best, a missing trial as doing nothing. 4. On an open scan,
+    tasks that close openings come last, as the user may want to keep them. 5. More met conditions without "no" win. 6. The order
+    of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after ANOTHER.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -227,7 +227,7 @@ def needed(conditions: Iterable[Condition]) -> set[str]:
 
 
 def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
-    """The result of `ranked` in terms of JSON."""
+    """The result of `ranked`, as dictionaries that JSON can hold."""
     return [
         {
             "recipe": s.recipe,

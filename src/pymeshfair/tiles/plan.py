@@ -1,6 +1,6 @@
-"""Plans runs by tiles: which steps can be done, how many rings they need, how large tiles are, and the room on the disk.
+"""Plans runs by tiles: the steps that tiles allow, the rings of faces that steps read, the size of tiles, and the disk space.
 
-Models give these sizes; ``benchmarks/scale.py`` measures them.
+Models predict these sizes; ``benchmarks/scale.py`` measures them.
 """
 
 import inspect
@@ -42,7 +42,7 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: defaults of normal filtering: of our additional parameters, and of the parameters of its authors
+#: defaults of normal filtering: of the parameters that pymeshfair adds, and of the parameters of the method's authors
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 _AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(denoising.normal_filtering).parameters[name].default
@@ -56,9 +56,9 @@ _WHOLE = {
     "outliers": ("replace", "only"),
     "rounding": ("undo",),
 }
-#: rings of the widest automatic setting, without rounds: 28 pairs of Taubin's steps
+#: the most rings that an automatic setting reads: two for each of 28 pairs of Taubin's steps; a round of filtering reads fewer
 _WIDEST = 56
-#: bytes of a vertex in a tile; measured: 209 for Taubin's steps, and 900 for normals averaged over two rings of faces
+#: planned bytes for each vertex of a tile; measured: 209 for Taubin's steps, 900 for normals averaged over two rings of faces
 _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
 
 
@@ -68,7 +68,7 @@ class PlannedStep:
 
     step: int  # its number, from 1
     filter: str  # the Python name
-    values: Mapping[str, Any]  # of its parameters
+    values: Mapping[str, Any]  # the values of its parameters
     deletes: bool = False  # whether the next step, or `DUPLICATES` itself, deletes the selected points
 
     @property
@@ -147,8 +147,8 @@ class Filtering:
     """The parameters of normal filtering, none of them automatic."""
 
     settings: denoising.NormalFilter  # the filter of the normals
-    vertex_iterations: int  # steps of the vertices in a round
-    outer_iterations: int  # rounds
+    vertex_iterations: int  # the number of steps of the vertices in a round
+    outer_iterations: int  # the number of rounds
     vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces of rounded coordinates
@@ -158,7 +158,7 @@ class Filtering:
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
-    """Returns the parameters of normal filtering; None if the filter chooses some for the mesh."""
+    """Returns the parameters of normal filtering; None if the filter chooses some of them for the mesh."""
     set_values = _set_values(values)
     if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
         if values["choice"] != "fixed":
@@ -177,7 +177,7 @@ def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
 def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
     """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, border = _set_values(values), values["border"]
-    # A run in one piece does not try normal_iterations and rounding either.
+    # As in a run in one piece, given values of normal_iterations and rounding do not influence the choice.
     tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
     setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
     chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
@@ -188,7 +188,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
-            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep', and the others are still chosen"
+            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave the others 'auto'"
         )
     return parameters
 
@@ -225,9 +225,9 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
 
 #: bytes of the command, with dask if there is a scheduler, and of a worker with libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
-#: the least bytes for the tiles of a worker; with less for each there are fewer workers
+#: the least bytes of a worker for tiles; with less memory for each processor, there are fewer workers than processors
 LEAST = 60_000_000
-#: the share of these bytes that a tile is planned for; the rest is for errors of the model
+#: the predicted bytes of a tile, as a share of the bytes of a worker for tiles; the rest is for errors of the prediction
 SHARE = 0.85
 
 
@@ -236,12 +236,12 @@ class Budget:
     """Workers and their memory."""
 
     workers: int  # processes
-    threads: int  # of each
-    tile: int  # bytes that a tile may take in each
+    threads: int  # threads of each worker
+    tile: int  # bytes that a tile may take in each worker
 
 
 def budget(memory: int, processors: int) -> Budget:
-    """Divides some bytes of memory among workers."""
+    """Divides `memory` bytes among at most `processors` workers."""
     for workers in range(processors, 0, -1):
         each = (memory - COMMAND) // workers - WORKER
         if each >= LEAST:
@@ -253,7 +253,7 @@ def budget(memory: int, processors: int) -> Budget:
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Returns how many points a tile has for LoOP or stray points with `neighbors` neighbours each, or for `normals` from them.
+    """Returns how many points fit into a tile of `tile` bytes, for LoOP, stray points or `normals` with `neighbors` neighbours.
 
     LoOP with 20 neighbours takes 209 bytes a point, as measured; the model adds room for points with neighbours in other tiles.
     """
@@ -276,9 +276,9 @@ def slice_rows(tile: int, row: int) -> int:
 def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
-    In bytes a point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and the
-    mask, and 2 + k for the eighth of the points that has neighbours in other tiles. Stray points add 62, normals 122, and both
-    add 8 for each neighbour. For LoOP with 20 neighbours 84 to 87 were measured.
+    In bytes for each point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and
+    the mask, and 2 + k for the eighth of the points that has neighbours in other tiles. Stray points add 62, normals 122, and
+    both add 8 for each neighbour. For LoOP with 20 neighbours 84 to 87 bytes a point were measured.
     """
     each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]
