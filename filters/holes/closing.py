@@ -15,12 +15,12 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: The energy that `fair_region` minimises to place new vertices, in ascending order; "none" keeps the places of refinement.
+#: The energy that `fair_region` minimises to place new vertices, from the lowest to the highest; "none" keeps them as refined.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: If the patch bends more than `SHARP` times as much at the rim as the mesh around, its edges shrink, down to the share `FINEST`.
+#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, at most by the factor `FINEST`.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
@@ -138,12 +138,12 @@ class _PlacedPatch(NamedTuple):
 
     rim: Ints  # (k,) the rim vertices by their index in the mesh, ascending: the first k points of the patch
     patch: Patch
-    forbidden: ForbiddenEdges  # the edges between rim vertices that it must not have
+    forbidden: ForbiddenEdges  # the edges between rim vertices that the patch must not have
     uniform: float  # the width, in edges, of the band along the rim that is as dense as the rim
-    sides: Longs  # (s, 2) the rim edges in the direction of the patch, as indices of its points
+    sides: Longs  # (s, 2) the rim edges in the direction of the patch, as indices of the patch's points
     normals: Floats  # (s, 3) normals of the mesh faces at the rim edges, of any length
     bend: float  # the mean dihedral angle of the mesh edges at the rim vertices, in radians
-    share: float  # the target edge length of the patch over the edge length around
+    share: float  # the target edge length of the patch over the edge length of the mesh around
 
 
 class Patches:
@@ -253,7 +253,7 @@ class Patches:
         return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
-        """Refines all patches with their current points; if `smooth`, more where a patch bends at its rim."""
+        """Refines all patches with their current points; if `smooth`, to shorter edges in patches that bend at their rim."""
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             bend = bend_at_rim(patch, placed.sides, placed.normals)
@@ -299,7 +299,7 @@ def _reach(rim: Floats, new: Floats) -> float:
 
 
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
-    """(n,) the sum and (n,) the number of the dihedral angles at the edges that have an end in (n,) `marked`."""
+    """For each vertex (n,) the sum and (n,) the number of dihedral angles at its edges with an end in (n,) `marked`."""
     n = len(points)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
@@ -343,7 +343,7 @@ def remesh_region(
 
     Returns:
         (n,) bool, the vertices to delete with their faces: the region without the vertices of triangles at open borders; and
-        the filling, with indices of the whole mesh.
+        the filling, whose indices refer to the mesh before the deletion.
 
     Raises:
         FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.
@@ -353,7 +353,7 @@ def remesh_region(
     n = len(points)
     border = border_vertices(triangles, n)
     labels, _ = connected_components(triangles, n)
-    used = labels >= 0  # in a proper triangle
+    used = labels >= 0  # vertices of proper triangles
     chosen = check_vertex_mask("region", region, n) & ~mask_of(triangles[border[triangles].any(axis=1)], n) & used
     if not chosen.any():
         raise FilterInputError(
