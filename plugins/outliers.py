@@ -41,8 +41,8 @@ def compute_selection_by_outlier_probability_per_vertex(
 ) -> Edit:
     """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
-    LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of these neighbours
-    to their own, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar.
+    LoOP (local outlier probability) compares the distances of a vertex to its neighbours with those of the neighbours to their
+    neighbours. So dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar.
     The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of selected
     vertices, the largest and the mean probability.
 

@@ -111,7 +111,7 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
     """Faults that keep a slicer from telling inside from outside: borders, non-manifold edges, flipped or intersecting faces.
 
     MeshLab finds the intersecting faces, with its files in `folder`. If `folder` is None, MeshLab runs in a process of its own,
-    and a crash there raises `RunError`. For a `wrapped` mesh the advice is not to wrap it.
+    and a crash there raises `RunError`. If the mesh is `wrapped`, the message advises other settings of the wrap.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
