@@ -51,7 +51,7 @@ def curve_smoothing(
     Each iteration maps p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"). It
     multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the modes
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
-    So the curve shrinks towards its centroid; its last shape consists of the waves with m = 1. Taubin steps keep its size.
+    So the curve shrinks towards its centroid, and the waves with m = 1 remain longest. Taubin steps keep the size of the curve.
 
     A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves to their weighted
     mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of an
@@ -95,7 +95,7 @@ def curve_smoothing(
     rings = one_rings(mesh.cells, len(mesh))
     sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
     if worth_reordering(mesh.cells, len(mesh), sweeps):
-        # The vertices of each unbranched chain become neighbours in memory.
+        # The vertices of each unbranched chain are stored next to each other.
         simple = np.diff(rings.offsets) <= 2
         mesh = mesh.in_order(np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)]))
         rings = one_rings(mesh.cells, len(mesh))
@@ -188,7 +188,7 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 
 @compiled
 def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
-    """Eliminates the vertices in `Chains.order`, but the first vertex of a ring last; fills the rows of `shares`.
+    """Eliminates the vertices in `Chains.order`, but the first vertex of a ring after the others; fills the rows of `shares`.
 
     For each vertex the first three rows have the shares of its current that go to the next vertex, to the first vertex of the
     ring and to the ground. The fourth row has its resistance, 1 over the sum of its conductances.

@@ -1,4 +1,4 @@
-"""Removes impulse noise: a few vertices far off the surface, as from stray measurements, which edge-preserving filters keep.
+"""Removes impulse noise, which edge-preserving filters keep: a few vertices far off the surface, as from stray measurements.
 
 `points` are coordinates in mean edges, `normals` the vertex normals of a smoothed copy; masks of vertices are (n,) arrays.
 """
@@ -42,9 +42,9 @@ def without_outliers(
 
     1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
     errs, an edge-preserving filter does not. 2. So the vertices `far_from` z are new candidates. The previous outliers stay
-    candidates, as no vertex stands out after a filter that removes details. 3. In z, candidates are moved by `put_back_along`.
-    Those whose move to z is `flattening` are outliers and move there. 4. All others return to the input; the filter runs again.
-    Missed outliers mislead it, so steps 2 to 4 repeat; not in a trial, where held-out vertices are `certain` to be outliers.
+    candidates, as outliers may not stand out if the filter removes details. 3. `put_back_along` moves the candidates in z. Those
+    whose move to z is `flattening` are outliers and move there. 4. All others return to the input, and the filter runs again.
+    Missed outliers mislead it, so steps 2 to 4 repeat, except in cross-validation: held-out vertices are `certain` outliers.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -71,9 +71,9 @@ def without_outliers(
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
     """Returns (n,) which vertices are much farther from the (n, 3) smoothed ones, along the normals, than their surroundings.
 
-    h is the height above the smoothed vertex, m the median of h in two rings, d that of |h - m|. The level is three deviations of
-    h over the vertices that are not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level,
-    and |h - m| exceeds 4 d: so vertices that move together, as at a rounded edge, are not far. The test repeats without far ones.
+    h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
+    deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
+    and |h - m| exceeds 4 d: so vertices that move together, as at a rounded edge, are not. The test repeats without far vertices.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -117,7 +117,7 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
     """Returns (n, 3) the vertices, outliers moved along the surface by a share of the offset to the mean of their neighbours.
 
-    The share (s^2 - t^2) / s^2 has the least error [james1961], s the root mean square offset of outliers, t of other vertices.
+    The share (s^2 - t^2) / s^2 has the least error [james1961]: s is the root mean square offset of outliers, t that of others.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -217,7 +217,7 @@ def _measure_gains(
 
 @compiled(nogil=True)
 def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
-    """|n_f - n_g| with vertex i at its place in `places`, all others at those in `points`."""
+    """|n_f - n_g| of the unit normals of faces f and g, with vertex i at `places[i]` and all other vertices as in `points`."""
     corners = np.empty((6, 3))
     for corner in range(6):
         j = faces[f, corner] if corner < 3 else faces[g, corner - 3]

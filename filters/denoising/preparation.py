@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a folded face keeps (0 would restore spikes); the rings of faces that `unfolded` needs.
+#: The share of its move that a corner of a folded face keeps at first (0 restores spikes); the rings of faces `unfolded` needs.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -195,7 +195,7 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
     """Returns (n, 3) the vertices `after`, where the corners of the (m,) newly folded faces keep only a share of their move.
 
-    If all corners of such a face are back already, its neighbours fold it, and the corners of the faces around it go back.
+    If all corners of such a face are back already, its neighbours fold it: so the corners of the faces around it go back, too.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

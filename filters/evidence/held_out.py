@@ -7,7 +7,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, border_vertices, edges
 
-# Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a ninth of the vertices is left.
+# Probability that a vertex is a candidate. One of two adjacent candidates is dropped; about a ninth of the vertices is left.
 _CANDIDATES = 0.35
 # A random number is the fractional part of s * (multiple + step * number of the mask), s the sum of edge lengths at the vertex.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
@@ -16,7 +16,7 @@ _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
-    Each set is ascending and not empty. The sets are disjoint until less than 35 % of the scored vertices are left; then all may
+    Each set is sorted and not empty. The sets are disjoint until less than 35 % of the scored vertices are left; then all may
     be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length. So they stay the
     same if a mesh is moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
@@ -38,7 +38,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """Returns (n,) random signs, 1 or -1: noise of standard deviation 1.
 
-    A sign depends on the (e, 2) edge lengths at its vertex, and on its distance from the centroid, as regular edges are equal.
+    Signs depend on the (e, 2) edge lengths around and, since these are equal in regular meshes, on distances from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge

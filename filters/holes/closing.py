@@ -15,7 +15,7 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: The energy that `fair_region` minimises to place new vertices, from the lowest to the highest; "none" keeps them as refined.
+#: The energy that `fair_region` minimises to place new vertices, from the lowest to the highest; "none" leaves them in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
@@ -80,13 +80,13 @@ def close_holes(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. Outer borders and islands do not count.
+        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. The edges of islands do not count.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
             nothing to fair.
-        rounds: how often to refine and fair, from 1. With more rounds a filling bulges further if the surface around bulges.
+        rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
         islands: "join": new faces connect islands of any size with the rim around. If an island cannot be joined, its hole
             stays open too. "leave": islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that counts as an
@@ -206,7 +206,7 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one exceeded `FURTHEST`.
+        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher energy exceeded `FURTHEST`.
 
         Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
         the failing patches are alone. A patch that fails or exceeds `FURTHEST` gets the next lower energy from then on.
@@ -249,7 +249,7 @@ class Patches:
         if not rejected:
             self.move(moved)
             return {}
-        # A rejected patch distorts the patches that meet it: place them again without it.
+        # A rejected patch distorts the patches that meet it, so the other patches are placed again without it.
         return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:

@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """(q,) the face nearest to each of (q, 3) points, the first of equals; (q, 2) weights of corners 1, 2; (q,) distances."""
+        """(q,) the face nearest to each of (q, 3) points (the first of equals), (q, 2) weights of corners 1, 2, (q,) distance."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
@@ -229,7 +229,7 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """Bounds the local distance of t triangles from the surface: (t,) for (t, 3, 3) corners, which have (t, 3) distances.
+        """Returns (t,) upper bounds of the local distance of triangles from the surface: (t, 3, 3) corners at (t, 3) distances.
 
         A point of a triangle is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds
         the corner's by at most this. The distance from one of the (t, k) triangles `beside` is convex, so largest at a corner.

@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; the bits do not depend on threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; the same bits for any threads.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
@@ -80,7 +80,7 @@ def conjugate_gradients(
 
     Args:
         matrix: A, (n, n), with a positive diagonal.
-        right_side: b, (n, 3). A column of zeros takes no iterations more; its solution is 0.
+        right_side: b, (n, 3). A column of zeros adds no iterations; its solution is 0.
         target: the norm at which the iterations end. Larger ends sooner.
         max_iterations: the most iterations.
         start: (n, 3) a first guess; 0 if None.

@@ -1,10 +1,10 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator [hammond2011].
 
 M is the mass matrix, S the Dirichlet matrix, and b bounds all eigenvalues kappa of M^-1 S. A Chebyshev series p approximates the
-response F(sqrt kappa) on [0, b]. With T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) it is applied to D = M^-1/2 S M^-1/2 and M^1/2 v.
-D is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The degree
-for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and with
-thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each of its terms takes a solve.
+response F(sqrt kappa) on [0, b]. The recurrence T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) evaluates p(M^-1 S) v = M^-1/2 p(D) M^1/2 v.
+D = M^-1/2 S M^-1/2 is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The
+degree for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and
+with thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each term takes a linear solve.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}, and its error grows like the polynomials U.
+    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}; its error grows as Chebyshev's U.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)

@@ -76,7 +76,7 @@ def upgrade(
 ) -> None:
     """Bring a script of an older MeshLab up to date.
 
-    Lists all changes, and says which of them alter the meaning. If any does, nothing is written without --accept.
+    List all changes, and say which of them alter the meaning. If any does, nothing is written without --accept.
     """
     from ..files.errors import InputError
     from ..scripts import format_script

@@ -1,7 +1,7 @@
 """Writes PLY files: with the header, elements, types and comments of the source if it is a PLY file, else in double precision.
 
-Unchanged contents are written byte for byte. Rows of deleted elements are left out. If a polygon loses triangles, the others form
-a polygon if possible, perhaps with another first corner. In rows of added elements, properties without a value are 0.
+Unchanged contents are written byte for byte. Rows of deleted elements are left out. If a polygon loses triangles, its other
+triangles form a polygon if possible, perhaps with another first corner. In new rows, properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of the rows in the source file, in a text with changed numbers; None if rows must be written anew."""
+    """Returns the bytes of the rows in the source file, with changed numbers in a text; None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes
