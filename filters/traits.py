@@ -78,7 +78,7 @@ def sharpness(scan: Scan, noise: float) -> float:
     angles = angles_between(*normals[pairs.T])
     bending = angles * edge_lengths(scan.points, shared)
     total = float(bending.sum())
-    # The bending of planes is only the rounding of coordinates in a file.
+    # On planes the total consists only of rounding errors of the coordinates.
     return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
 
 

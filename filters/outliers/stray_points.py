@@ -14,11 +14,11 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, and 3 % of points that fill space.
+# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, as are 3 % of space-filling points.
 _FLAT = 0.06
 # A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09); it needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
-# Linked points may be sparser by this factor: the spacing of foliage is 2.7 medians in a scan of 25 points per square metre.
+# Linked points may be sparser by this factor: foliage has 2.7 times the median spacing in a scan of 25 points per square metre.
 _FOLIAGE = 2.0
 #: Number of rounds in which points linked to the surface join it.
 JOINED = 2
@@ -65,7 +65,7 @@ def stray_points(
        variances along three principal axes, over the sum of the three; it is large at points that fill space. Two points are
        linked if each is a neighbour of the other. A point off a surface has few links, as surface points have nearer neighbours.
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
-       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with as many links to kept points join these.
+       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with as many links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 

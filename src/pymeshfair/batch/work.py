@@ -112,7 +112,7 @@ class Station:
             except WorkerDied as error:
                 if error.signal != "SIGKILL" or not is_first:
                     raise
-                is_first = False  # killed by a user, or for lack of memory while others ran
+                is_first = False  # killed by a user, or because parallel runs took the memory
             self.pool.check_open()
 
 
@@ -253,11 +253,11 @@ def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
 
 @dataclass(frozen=True)
 class Prospect:
-    """A preview of a batch: which scans must be done, and the free space on the disk."""
+    """A preview of a batch: which scans are to do, done or cannot be done, and the free space on the disk."""
 
     states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
     problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
-    bytes_in: int  # size of the inputs that must be done
+    bytes_in: int  # total size of the input files to do
     bytes_free: int | None  # free space on the disk of the outputs, or None if unknown
 
     @property

@@ -104,7 +104,7 @@ def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and others that this type requires."""
+    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and attributes that the type requires."""
     written, wanted = attributes.get("type"), parameter.xml_type
     dropped = "is missing; MeshLab would drop the parameter and take its default"
     if written is None:

@@ -24,7 +24,7 @@ _ARRAYS = {
     **{"vertices": "vertex_matrix", "faces": "face_matrix", "edges": "edge_matrix"},
     **{f"{element}_{kind}": f"{element}_{method}" for kind, method in _KINDS.items() for element in ("vertex", "face")},
 }
-#: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
+#: The arrays that an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
 
 
