@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; the same bits for any threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; same bits for any number of threads.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
