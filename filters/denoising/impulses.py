@@ -73,7 +73,7 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
 
     h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
     deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
-    and |h - m| exceeds 4 d: so vertices that move together, as at a rounded edge, are not. The test repeats without far vertices.
+    and |h - m| exceeds 4 d: vertices that move together, as at a rounded edge, are not far. The test repeats without far ones.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -176,8 +176,8 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
     """Returns (n,) which vertices of the mask `which` make the surface flatter if they move to their (n, 3) `moved` positions.
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
-    spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only the vertex moves that lowers the
-    roughness most. The test is then repeated for all vertices; moved vertices may move back.
+    spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only that with the largest decrease of
+    roughness moves. The test is then repeated for all vertices; moved vertices may move back.
     """
     is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)

@@ -38,7 +38,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """Returns (n,) random signs, 1 or -1: noise of standard deviation 1.
 
-    Signs depend on the (e, 2) edge lengths around and, since these are equal in regular meshes, on distances from the centroid.
+    Signs depend on the lengths of the (e, 2) edges and, as these are equal in regular meshes, on distances from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge

@@ -299,7 +299,7 @@ def _reach(rim: Floats, new: Floats) -> float:
 
 
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
-    """For each vertex (n,) the sum and (n,) the number of dihedral angles at its edges with an end in (n,) `marked`."""
+    """(n,) the sum and (n,) the number of dihedral angles at the edges of each vertex; only edges with a `marked` end count."""
     n = len(points)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)

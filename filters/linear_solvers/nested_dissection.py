@@ -32,7 +32,7 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     Returns:
         order: (n,) int32 a permutation.
         firsts: (groups + 1,) the place of each group's first vertex in the order, ascending; the last entry is n.
-        lows: (groups,) for a separator the place of the first vertex of the part that it cuts; for an uncut part as in `firsts`.
+        lows: (groups,) for a separator, the place where the part that it cuts begins; for an uncut part, the same as in `firsts`.
     """
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)

@@ -65,7 +65,7 @@ def stray_points(
        variances along three principal axes, over the sum of the three; it is large at points that fill space. Two points are
        linked if each is a neighbour of the other. A point off a surface has few links, as surface points have nearer neighbours.
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
-       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with as many links to kept points are kept.
+       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with k / 4 links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 

@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}; its error grows as Chebyshev's U.
+    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}; its error grows like the polynomials U.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)

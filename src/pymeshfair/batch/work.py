@@ -253,11 +253,11 @@ def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
 
 @dataclass(frozen=True)
 class Prospect:
-    """A preview of a batch: which scans are to do, done or cannot be done, and the free space on the disk."""
+    """A preview of a batch: the state of each scan, and the free space on the disk."""
 
     states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
     problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
-    bytes_in: int  # total size of the input files to do
+    bytes_in: int  # total size of the inputs of scans to do
     bytes_free: int | None  # free space on the disk of the outputs, or None if unknown
 
     @property
