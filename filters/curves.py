@@ -26,7 +26,7 @@ CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, so that open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-# Limits of the detail size on a mesh of size 1: a smaller one smooths nothing, a larger one everything. Their squares are finite.
+# Limits of the detail size on a mesh of size 1: smaller sizes smooth nothing, larger ones everything. Their squares are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -51,7 +51,7 @@ def curve_smoothing(
     Each iteration maps p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"). It
     multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the modes
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
-    So the curve shrinks towards its centroid; its last shape consists of the waves with m = 1. Taubin steps keep its size.
+    So the curve shrinks towards its centroid, and the waves with m = 1 fade last. Taubin steps keep the size of the curve.
 
     A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves to their weighted
     mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of an
@@ -67,7 +67,7 @@ def curve_smoothing(
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
-        time_step: t, for "implicit", a number without unit from 0. Larger is smoother; every value is stable.
+        time_step: t, for "implicit", a number without unit, at least 0. Larger is smoother; every value is stable.
         detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, whose amplitude
             all iterations together halve. L is then the second derivative by arc length; the mass of a vertex is half the length
             of its edges, and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
@@ -77,9 +77,9 @@ def curve_smoothing(
         progress: called after every step; may raise to stop.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: without edges, not `movable`, or fixed ends. "implicit" is
-        exact to rounding on curves where no moving vertex has more than two moving neighbours, and to 1e-10 of the bounding-box
-        diagonal on branching curves. Deterministic, for any number of threads.
+        (n, 3) float64. These vertices keep every bit: those without edges, those that are not `movable`, and fixed ends.
+        "implicit" is exact to rounding on curves where no moving vertex has more than two moving neighbours, and to 1e-10 of the
+        bounding-box diagonal on branching curves. Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh of edges, or a parameter that is out of range, missing or does not fit the others.
@@ -95,7 +95,7 @@ def curve_smoothing(
     rings = one_rings(mesh.cells, len(mesh))
     sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
     if worth_reordering(mesh.cells, len(mesh), sweeps):
-        # The vertices of each unbranched chain become neighbours in memory.
+        # The vertices of each unbranched chain are stored next to each other.
         simple = np.diff(rings.offsets) <= 2
         mesh = mesh.in_order(np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)]))
         rings = one_rings(mesh.cells, len(mesh))
@@ -131,7 +131,7 @@ def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None)
 def _time_and_operator(
     weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
 ) -> tuple[float, OperatorName]:
-    """Returns the time step on the normalised mesh, and its operator."""
+    """Returns the time step on the normalised mesh, and the name of the operator."""
     if (time_step is None) == (detail_size is None):
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
@@ -154,8 +154,8 @@ def implicit_curve_steps(
     L = M^-1 C with masses M and the stiffness matrix C; t has the inverse unit of L. Elimination solves chains without branches:
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
-    to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents of the chain
-    sum to 0, so the current at the last vertex is minus the sum of the others.
+    to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, its currents t C p sum to 0.
+    So the current that reaches the last vertex is minus the sum of the currents that the other vertices lead to the ground.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
@@ -180,7 +180,7 @@ def implicit_curve_steps(
 
 
 def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:
-    """Returns (n,) whether the component of a vertex has a moving vertex with more than two moving neighbours."""
+    """Returns (n,) whether the component of each vertex contains a moving vertex with more than two moving neighbours."""
     running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
     branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
     return np.asarray(mask_of(labels[branching], int(labels.max(initial=-1)) + 1)[labels])
@@ -188,10 +188,10 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 
 @compiled
 def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
-    """Eliminates the vertices in `Chains.order`; fills four rows of `shares` for each eliminated vertex.
+    """Eliminates the vertices in `Chains.order`, but the first vertex of a ring after the others; fills the rows of `shares`.
 
-    Three rows are the shares of its current that go to the next vertex, to the first vertex of a ring and to the ground; the last
-    is its resistance, 1 over the sum of its conductances. The root, the first vertex of a ring or last of a chain, comes last.
+    For each vertex the first three rows have the shares of its current that go to the next vertex, to the first vertex of the
+    ring and to the ground. The fourth row has its resistance, 1 over the sum of its conductances.
     """
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]

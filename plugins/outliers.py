@@ -42,9 +42,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
     LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of these neighbours
-    to their own, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the vertex scalar.
-    The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of selected
-    vertices, the largest and the mean probability.
+    to their own neighbours. So dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes the
+    vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the number of
+    selected vertices, the largest and the mean probability.
 
     Args:
         neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
@@ -78,7 +78,7 @@ def compute_selection_by_stray_points_per_vertex(
         neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take longer.
         sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
             sparser parts of a scan, and also denser hazes.
-        smallest_part: Isolated clumps of fewer points are selected. Larger selects larger clumps.
+        smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):

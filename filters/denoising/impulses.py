@@ -1,4 +1,4 @@
-"""Removes impulse noise: a few vertices far off the surface, as from stray measurements, which edge-preserving filters keep.
+"""Removes impulse noise, which edge-preserving filters keep: a few vertices far off the surface, as from stray measurements.
 
 `points` are coordinates in mean edges, `normals` the vertex normals of a smoothed copy; masks of vertices are (n,) arrays.
 """
@@ -22,9 +22,9 @@ from .noise_level import smooth_normals
 #: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# Outliers are searched up to `_SEARCHES` times, or until at most this share of the outliers changes from one search to the next.
+# Outliers are searched until at most `_STEADY_SHARE` of them changes from one search to the next, at most `_SEARCHES` times.
 _SEARCHES, _STEADY_SHARE = 4, 0.02
-# Large outliers hide smaller ones, so a search has up to `_PASSES` passes, until one finds at most this share of all vertices.
+# Large outliers hide smaller ones: a search has up to `_PASSES` passes, until a pass finds at most `_LAST_SHARE` of all vertices.
 _PASSES, _LAST_SHARE = 20, 1e-4
 _ROUNDING = 1e-6  # smaller changes of roughness are rounding errors
 
@@ -42,9 +42,9 @@ def without_outliers(
 
     1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
     errs, an edge-preserving filter does not. 2. So the vertices `far_from` z are new candidates. The previous outliers stay
-    candidates, as no vertex stands out after a filter that removes details. 3. In z, candidates are moved by `put_back_along`.
-    Those whose move to z is `flattening` are outliers and move there. 4. All others return to the input; the filter runs again.
-    Missed outliers mislead it, so 2 to 4 are repeated; not in a trial, where held-out vertices are `certain` to be outliers.
+    candidates, as outliers may not stand out if the filter removes details. 3. `put_back_along` moves the candidates in z. Those
+    whose move to z is `flattening` are outliers and move there. 4. All others return to the input, and the filter runs again.
+    Missed outliers mislead it, so steps 2 to 4 repeat, except in cross-validation: held-out vertices are `certain` outliers.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -71,9 +71,9 @@ def without_outliers(
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
     """Returns (n,) which vertices are much farther from the (n, 3) smoothed ones, along the normals, than their surroundings.
 
-    h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three deviations
-    of h over the vertices that are not `outlying`, at least 0.05 edges. A vertex is far if |h| and |h - m| exceed the level, and
-    |h - m| exceeds 4 d: so vertices that move together, as at a rounded edge, are not. Repeats without the vertices found.
+    h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
+    deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
+    and |h - m| exceeds 4 d: vertices that move together, as at a rounded edge, are not far. The test repeats without far ones.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -117,7 +117,7 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
     """Returns (n, 3) the vertices, outliers moved along the surface by a share of the offset to the mean of their neighbours.
 
-    The share (s^2 - t^2) / s^2 is the best [james1961]. s is the root mean square offset of outliers, t that of other vertices.
+    The share (s^2 - t^2) / s^2 has the least error [james1961]: s is the root mean square offset of outliers, t that of others.
     """
     others = referenced_vertices(faces, len(vertices)) & ~outlying
     if not others.any() or not outlying.any():
@@ -139,9 +139,9 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     """Returns (n,) which vertices have a large residual and make the prediction of their neighbours worse.
 
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
-    the median of two rings, and above three standard deviations of the mesh, which are median(s) / 0.6745. A candidate is an
-    outlier if the sum of s^2 over its neighbours falls when they are predicted without it: so the tip of a spike is one, the tip
-    of a cone is not. The search is repeated without the outliers found. In Gaussian noise it finds one vertex in a thousand.
+    the median of s in two rings, and above three times the standard deviation median(s) / 0.6745 of the mesh. A candidate is an
+    outlier if the sum of s^2 over its neighbours falls when they are predicted without it. So the tip of a spike is an outlier,
+    the tip of a cone is not. The search repeats without the outliers found. In Gaussian noise it finds one vertex in a thousand.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
@@ -165,7 +165,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """Returns median absolute `height_residuals` beside outliers and elsewhere: nearly equal unless the noise is uneven."""
+    """Returns the median absolute `height_residuals` beside outliers and elsewhere: nearly equal unless the noise is uneven."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))
@@ -176,8 +176,8 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
     """Returns (n,) which vertices of the mask `which` make the surface flatter if they move to their (n, 3) `moved` positions.
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
-    spike lowers the roughness, rounding or denting an edge does not. Among adjacent vertices only the one that lowers it most
-    moves. The test is then repeated for all vertices; moved vertices may move back.
+    spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only that with the largest decrease of
+    roughness moves. The test is then repeated for all vertices; moved vertices may move back.
     """
     is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)
@@ -217,7 +217,7 @@ def _measure_gains(
 
 @compiled(nogil=True)
 def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
-    """|n_f - n_g| with vertex i at its place in `places`, all others at those in `points`."""
+    """|n_f - n_g| of the unit normals of faces f and g, with vertex i at `places[i]` and all other vertices as in `points`."""
     corners = np.empty((6, 3))
     for corner in range(6):
         j = faces[f, corner] if corner < 3 else faces[g, corner - 3]

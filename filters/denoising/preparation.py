@@ -20,13 +20,13 @@ from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 from .normal_filtering import normal_filtering
 from .rounding import RoundingPolicy, without_rounding
 
-#: "all": Taubin steps move vertices freely, which evens out noise in all directions and the triangles. "normal": they move
-#: vertices along the normals only, so that vertices do not slide if the noise is along the normals.
+#: "all": Taubin steps move vertices freely, which reduces noise in all directions and evens out the triangles. "normal": they
+#: move vertices along the normals only, so that no vertex slides along the surface; this suits noise along the normals.
 RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a folded face keeps (0 would restore spikes); the rings of faces it depends on.
+#: The share of its move that a corner of a folded face keeps at first (0 restores spikes); the rings of faces `unfolded` needs.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -93,7 +93,7 @@ def denoised(
 
 
 def direction_for(noise: NoiseEstimate) -> RelaxationDirection:
-    """Returns the direction for some noise: "normal" if it is weaker along the surface than along the normals."""
+    """Returns the direction of relaxation: "normal" if the noise is weaker along the surface than along the normals."""
     return "all" if noise.tangential > _ALL_DIRECTIONS * noise.deviation else "normal"
 
 
@@ -107,7 +107,7 @@ def relaxed(
     movable: Bools | None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Returns (n, 3) the vertices after `iterations` pairs of Taubin steps, of factors 0.5 and -0.53.
+    """Returns (n, 3) the vertices after `iterations` pairs of Taubin steps with the factors 0.5 and -0.53.
 
     The border "along" keeps the outline, see `outline_kept`. The direction "normal" keeps only the part of each move along the
     normal of a smoothed copy.
@@ -131,7 +131,7 @@ def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
 def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bools) -> Floats:
     """Returns (n, 3) the moved vertices; those of the outline keep the share min(1, q / p) of their move along the surface.
 
-    p is the mean square of moves along the surface on the outline, q the one elsewhere, where only noise causes such moves.
+    p is the mean square of moves along the surface on the outline, q that at other vertices, where only noise causes such moves.
     """
     across = along_normals(vertices, moved, normals)
     along = moved - across
@@ -158,9 +158,9 @@ def relaxed_part(
 ) -> tuple[Floats, Floats, tuple[tuple[float, int], tuple[float, int]]]:
     """Relaxes a part of a mesh as `relaxed` does, but leaves the share of `outline_kept` to the caller.
 
-    Returns (n, 3) the moved vertices; (n, 3) the same without the outline's moves along the surface; and for the means p and q of
-    `outline_kept` the sum of squares and the count of each. The sums go over the `own` vertices, which have
-    `rings_of_relaxation` rings around them. `is_open` says whether the whole mesh has borders.
+    Returns (n, 3) the moved vertices; (n, 3) these vertices without the outline's moves along the surface; and for each of the
+    means p and q of `outline_kept` the sum of squares and their number. The sums go over the vertices of the mask `own`; the part
+    has `rings_of_relaxation` rings around each of these. `is_open` says whether the whole mesh has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
     if direction == "all" and (border != "along" or not is_open):
@@ -180,7 +180,7 @@ def rings_of_relaxation(iterations: int) -> int:
 
 
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
-    """Returns (n, 3) the vertices `after` a filter, some moved back if it leaves more `folded_faces` than `before`.
+    """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
     While there are more folded faces, vertices go back, see `going_back`: first half of their move, then all of it. This ends,
     because at least one vertex goes back each time.
@@ -195,7 +195,7 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
     """Returns (n, 3) the vertices `after`, where the corners of the (m,) newly folded faces keep only a share of their move.
 
-    If all corners of such a face are back already, its neighbours fold it, and the corners of the faces around it go back.
+    If all corners of such a face are back already, its neighbours fold it: so the corners of the faces around it go back, too.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

@@ -13,12 +13,12 @@ from ..mesh import Bools, Floats, Ints, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
-#: The M-estimators with a finite weight at 0. Divided by this weight, they are edge-stopping functions: g(0) = 1 [black1998].
+#: The M-estimators with a finite weight at 0. Their weights divided by the weight at 0 are edge-stopping functions g [black1998].
 EdgeStop: TypeAlias = Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"]
 EDGE_STOPS: tuple[EdgeStop, ...] = get_args(EdgeStop)
 
-#: The automatic contrast in deviations of the differences; 1 if not listed. It puts the largest x g(x) at one deviation
-#: [black1998], except for "truncated_l2": there a third of the noise would count as edges.
+#: The automatic contrast in standard deviations of the differences; 1 if not listed. The largest x g(x) is then at one standard
+#: deviation [black1998]. "truncated_l2" has a larger contrast: otherwise a third of the noise would count as edges.
 _CONTRAST_IN_DEVIATIONS: dict[EdgeStop, float] = {
     "gaussian": math.sqrt(2.0),
     "tukey": math.sqrt(5.0),

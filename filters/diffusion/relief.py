@@ -1,4 +1,4 @@
-"""Measures the relief that a filter removes: a share of the heights over a smoothed surface, without the heights of noise."""
+"""Measures the share of the relief that a filter removes: relief is the height above a smoothed surface, without noise."""
 
 from typing import NamedTuple
 
@@ -25,18 +25,18 @@ class ReliefLoss(NamedTuple):
 
 
 def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:
-    """Returns the lost share 1 - <h', h> / (|h|^2 - |h_n|^2) of the heights h before, h' after, and h_n of noise alone.
+    """Returns the lost share of relief, 1 - <h', h> / (|h|^2 - |h_n|^2): heights h before, h' after, and h_n of noise alone.
 
-    The heights are n . (q - 2 S q + S S q) with q = p, n the normals of S q, and S the implicit step that halves waves of 8 mean
-    edges. They are 0 on a ball or a cylinder. Noise in h is not relief: the energy of noise of the stated level on the same
-    surface is subtracted. If less than 0.7 of the energy is left, S halves waves of 16 mean edges, and q is p smoothed by the
-    step that halves waves of 6, which removes most of the noise.
+    The heights are n . (q - 2 S q + S S q). q are the coordinates p, n the normals of S q, and S is the implicit step that halves
+    waves of 8 mean edges. The heights are 0 on a ball or a cylinder. Noise in h is not relief: the energy of noise of the stated
+    level on the same surface is subtracted. If less than 0.7 of the energy is left, S halves waves of 16 mean edges, and q is p
+    smoothed by the step that halves waves of 6 mean edges, which removes most of the noise.
 
     Args:
         before: (n, 3) coordinates.
         after: (n, 3) coordinates of the same vertices after the filter.
         faces: (m, 3) triangles.
-        noise: its level in `before`: the standard deviation along the normals, in mean edges, independent at each vertex.
+        noise: the noise level in `before`: the standard deviation along the normals, in mean edges, independent at each vertex.
 
     Returns:
         The loss; None if no relief stands out from the noise.

@@ -7,18 +7,18 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, mask_of
 from ..topology import OneRings, border_vertices, edges
 
-# Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a ninth of the vertices is left.
+# Probability that a vertex is a candidate. One of two adjacent candidates is dropped; about a ninth of the vertices is left.
 _CANDIDATES = 0.35
-# A random number is the fractional part of length * (multiple + step * number of the mask).
+# A random number is the fractional part of s * (multiple + step * number of the mask), s the sum of edge lengths at the vertex.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
 def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
-    Each set is ascending and not empty. The sets are disjoint until less than 35 % of the vertices are left; then all may be
-    drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length, so they are the same
-    for a mesh moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
+    Each set is sorted and not empty. The sets are disjoint until less than 35 % of the scored vertices are left; then all may
+    be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean length. So they stay the
+    same if a mesh is moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
@@ -38,7 +38,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
     """Returns (n,) random signs, 1 or -1: noise of standard deviation 1.
 
-    They depend on the (e, 2) edge lengths at a vertex and, as regular meshes have equal ones, on its distance from the centroid.
+    Signs depend on the lengths of the (e, 2) edges and, as these are equal in regular meshes, on distances from the centroid.
     """
     edge = mean_edge_length(points, pairs)
     distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / edge
@@ -61,7 +61,7 @@ def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
 
 
 def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Bools) -> Floats:
-    """Returns (k, 3) for k vertices the mean of the visible neighbours, or the vertex itself if all are hidden."""
+    """Returns (k, 3) for each of k vertices the mean of its neighbours that are not hidden, or the vertex if there are none."""
     visible = np.where(hidden[rings.neighbours], 0.0, 1.0)
     around = sparse.csr_matrix((visible, rings.neighbours, rings.offsets), shape=(len(points), len(points)))[vertices]
     counts = np.asarray(around.sum(axis=1))
@@ -88,7 +88,7 @@ def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
 def local_means(values: Floats, counted: Bools, pairs: Ints, *, times: int) -> Floats:
     """Returns (n,) weighted means of the `counted` values over neighbourhoods of `times` rings; near values weigh more.
 
-    Values are summed over one-rings of the (e, 2) edges, `times` times. 0 where a neighbourhood has no counted value.
+    Values are summed over one-rings of the (e, 2) edges, `times` times. The mean is 0 if a neighbourhood has no counted value.
     """
     sums, weights = np.where(counted, values, 0.0), counted.astype(np.float64)
     a, b = pairs.T

@@ -15,12 +15,12 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: The energy that `fair_region` minimises to place new vertices, in ascending order; "none" keeps the places of refinement.
+#: The energy that `fair_region` minimises to place new vertices, from the lowest to the highest; "none" leaves them in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: If the patch bends more than `SHARP` times as much at the rim as the mesh around, its edges shrink, down to the share `FINEST`.
+#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, at most by the factor `FINEST`.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
@@ -80,13 +80,13 @@ def close_holes(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. Outer borders and islands do not count.
+        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. The edges of islands do not count.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
             nothing to fair.
-        rounds: how often to refine and fair, from 1. With more rounds a filling bulges further if the surface around bulges.
+        rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
         islands: "join": new faces connect islands of any size with the rim around. If an island cannot be joined, its hole
             stays open too. "leave": islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that counts as an
@@ -138,12 +138,12 @@ class _PlacedPatch(NamedTuple):
 
     rim: Ints  # (k,) the rim vertices by their index in the mesh, ascending: the first k points of the patch
     patch: Patch
-    forbidden: ForbiddenEdges  # the edges between rim vertices that it must not have
+    forbidden: ForbiddenEdges  # the edges between rim vertices that the patch must not have
     uniform: float  # the width, in edges, of the band along the rim that is as dense as the rim
-    sides: Longs  # (s, 2) the rim edges in the direction of the patch, as indices of its points
+    sides: Longs  # (s, 2) the rim edges in the direction of the patch, as indices of the patch's points
     normals: Floats  # (s, 3) normals of the mesh faces at the rim edges, of any length
     bend: float  # the mean dihedral angle of the mesh edges at the rim vertices, in radians
-    share: float  # the target edge length of the patch over the edge length around
+    share: float  # the target edge length of the patch over the edge length of the mesh around
 
 
 class Patches:
@@ -206,7 +206,7 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher one exceeded `FURTHEST`.
+        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher energy exceeded `FURTHEST`.
 
         Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
         the failing patches are alone. A patch that fails or exceeds `FURTHEST` gets the next lower energy from then on.
@@ -249,11 +249,11 @@ class Patches:
         if not rejected:
             self.move(moved)
             return {}
-        # A rejected patch distorts the patches that meet it: place them again without it.
+        # A rejected patch distorts the patches that meet it, so the other patches are placed again without it.
         return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
-        """Refines all patches with their current points; if `smooth`, more where a patch bends at its rim."""
+        """Refines all patches with their current points; if `smooth`, to shorter edges in patches that bend at their rim."""
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             bend = bend_at_rim(patch, placed.sides, placed.normals)
@@ -299,7 +299,7 @@ def _reach(rim: Floats, new: Floats) -> float:
 
 
 def bends_around(points: Floats, faces: Ints, marked: Bools) -> tuple[Floats, Floats]:
-    """(n,) the sum and (n,) the number of the dihedral angles at the edges that have an end in (n,) `marked`."""
+    """(n,) the sum and (n,) the number of dihedral angles at the edges of each vertex; only edges with a `marked` end count."""
     n = len(points)
     near = faces[marked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
@@ -343,7 +343,7 @@ def remesh_region(
 
     Returns:
         (n,) bool, the vertices to delete with their faces: the region without the vertices of triangles at open borders; and
-        the filling, with indices of the whole mesh.
+        the filling, whose indices refer to the mesh before the deletion.
 
     Raises:
         FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.
@@ -353,7 +353,7 @@ def remesh_region(
     n = len(points)
     border = border_vertices(triangles, n)
     labels, _ = connected_components(triangles, n)
-    used = labels >= 0  # in a proper triangle
+    used = labels >= 0  # vertices of proper triangles
     chosen = check_vertex_mask("region", region, n) & ~mask_of(triangles[border[triangles].any(axis=1)], n) & used
     if not chosen.any():
         raise FilterInputError(

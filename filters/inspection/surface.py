@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """(q,) the faces nearest to (q, 3) points (of equals the first), (q, 2) weights of their last corners, (q,) distances."""
+        """(q,) the faces nearest to (q, 3) points (the first of equals), (q, 2) weights of corners 1 and 2, (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
@@ -163,7 +163,7 @@ class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points."""
 
     signed: Floats  # (q,) the distances of the points from the places, negative behind the faces
-    elements: Ints  # (q,) the face of each place; in a cloud its point
+    elements: Ints  # (q,) the face of each place; in a cloud, the index of the nearest point
     vectors: Floats  # (q, 3) from the places to the points, in mesh units; (0, 3) if not requested
 
     @property
@@ -195,8 +195,8 @@ class Surface:
     def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
         """Returns the exact nearest place to each of (q, 3) points; of equally near places, the one on the face of lowest index.
 
-        The sign is negative behind the face. At an edge or a vertex, the sum of the adjacent normals decides, weighted by angle
-        at a vertex: so the sign is right for every point around a closed surface [baerentzen2005].
+        The sign is negative behind the face. At an edge, the sum of the adjacent normals decides; at a vertex, their sum weighted
+        by angle. So the sign is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
         places = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
@@ -229,10 +229,10 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """(t,) upper bounds of the local distance from the surface in triangles: (t, 3, 3) corners at (t, 3) distances.
+        """Returns (t,) upper bounds of local distances of triangles from the surface, for (t, 3, 3) corners at (t, 3) distances.
 
-        Each place is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance is at most that much
-        larger. A second bound: the distance from one triangle of `mesh` (of (t, k) `beside`) is convex, so largest at a corner.
+        A point of a triangle is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds
+        the corner's by at most this. The distance from one of the (t, k) triangles `beside` is convex, so largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)

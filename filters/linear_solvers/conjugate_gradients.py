@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; the bits do not depend on threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; same bits for any number of threads.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
@@ -32,10 +32,10 @@ Index: Any = np.uint64
 STRENGTH = 0.08
 #: A level of at most this many unknowns is factorised, which takes a few milliseconds.
 COARSEST = 1000
-#: Coarsening stops if a level would keep more than this share of the unknowns of the finer one.
+#: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
 _LEAST_GAIN = 0.8
-#: Shares by which the diagonal of the coarsest matrix is raised: `_SHIFT` of itself, far below every eigenvalue except that of
-#: the constant vector; and `_NOISE` of the finest diagonal, restricted to that level, above the rounding of sums that cancel.
+#: Added to the diagonal of the coarsest matrix: `_SHIFT` times this diagonal, far below all eigenvalues but that of the constant
+#: vector; and `_NOISE` times the finest diagonal restricted to this level, above the rounding errors of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
 #: The most runs in a level, and the fewest rows in a run. A run is a range of rows that one thread sweeps alone.
 _RUNS, _SHORTEST_RUN = 64, 2048
@@ -59,8 +59,8 @@ class Descent(NamedTuple):
 
     values: Floats  # (n, 3) the approximate solution
     norm: float  # about the error in the energy norm: sqrt(sum of r^T B r over the columns), r the residual, B the preconditioner
-    iterations: int  # the number of products with the matrix
-    indefinite: bool  # whether it ended at a direction p with p^T A p < 0, which shows that A is not semidefinite
+    iterations: int  # the number of completed iterations, each with one product with the matrix
+    indefinite: bool  # whether a direction p with p^T A p < 0 ended the iterations; it shows that A is not semidefinite
 
 
 def conjugate_gradients(
@@ -80,9 +80,9 @@ def conjugate_gradients(
 
     Args:
         matrix: A, (n, n), with a positive diagonal.
-        right_side: b, (n, 3). A column of zeros costs nothing and gives zeros.
+        right_side: b, (n, 3). A column of zeros adds no iterations; its solution is 0.
         target: the norm at which the iterations end. Larger ends sooner.
-        max_iterations: the most products with the matrix.
+        max_iterations: the most iterations.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
         progress: called at every iteration, without a preconditioner at every fifth; may raise to stop.
@@ -148,7 +148,7 @@ def _jacobi_steps(
 
 @compiled
 def _step(matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats, energy: Floats) -> bool:
-    """Moves x along p to the least energy; then the three numbers of `energy` are r^T diag(scale) r. False if p^T A p < 0."""
+    """Moves x along p to the least energy, sets `energy` to r^T diag(scale) r of each column; returns False if p^T A p < 0."""
     curvature = _total(_multiply(matrix, p, q))
     if not (curvature >= 0.0).all():
         return False
@@ -158,7 +158,7 @@ def _step(matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, sc
 
 @compiled
 def _total(sums: Floats) -> Floats:
-    """The three sums over all blocks."""
+    """Returns the sum over all blocks for each of the three columns."""
     total = np.zeros(3)
     for row in sums:
         total += row
@@ -167,13 +167,13 @@ def _total(sums: Floats) -> Floats:
 
 @compiled
 def _root(energy: Floats) -> float:
-    """The norm of `Descent`; infinite where the preconditioner is not positive."""
+    """The norm of `Descent` from r^T B r of each column; infinite if one is negative, as the preconditioner B is not positive."""
     return math.sqrt(energy[0] + energy[1] + energy[2]) if (energy >= 0.0).all() else math.inf
 
 
 @compiled
 def _quotients(a: Floats, b: Floats) -> Floats:
-    """The three a / b; 0 where b is not above 0."""
+    """The three quotients a / b; 0 where b is not above 0."""
     quotients = np.zeros(3)
     for column in range(3):
         if b[column] > 0.0:
@@ -183,7 +183,7 @@ def _quotients(a: Floats, b: Floats) -> Floats:
 
 @compiled(parallel=True)
 def _multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
-    """Computes q = A p in place; returns the three p^T q of each block."""
+    """Computes q = A p in place; returns p^T q of the three columns for each block."""
     n = p.shape[0]
     sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
     for b in prange(sums.shape[0]):
@@ -200,7 +200,7 @@ def _multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
 
 @compiled(parallel=True)
 def _descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats) -> Floats:
-    """Computes x += steps p and r -= steps q in place; returns the three r^T diag(scale) r of each block."""
+    """Computes x += steps p and r -= steps q in place; returns r^T diag(scale) r of the three columns for each block."""
     n = p.shape[0]
     t0, t1, t2 = steps[0], steps[1], steps[2]
     sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
@@ -234,7 +234,7 @@ def _next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None
 
 @compiled(parallel=True)
 def _inner_products(r: Floats, z: Floats) -> Floats:
-    """The three r^T z of each block."""
+    """Returns r^T z of the three columns for each block."""
     n = r.shape[0]
     sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
     for b in prange(sums.shape[0]):
@@ -275,8 +275,8 @@ class _Level(NamedTuple):
 class SmoothedAggregation:
     """One symmetric V-cycle for a symmetric positive (semi)definite matrix: call it with a residual of shape (n, 3).
 
-    The returned array belongs to the object and is overwritten by the next call. The constant vector is taken as near-kernel,
-    which is right for a Laplace operator plus a mass and usable for its powers.
+    The returned array belongs to the object and is overwritten by the next call. The constant vector is taken as the near-kernel,
+    which is right for a Laplace operator plus a mass matrix, and good enough for powers of the operator.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress) -> None:
@@ -298,12 +298,12 @@ class SmoothedAggregation:
             strength *= 0.5
             noise = prolongation.power(2).T @ noise
         if matrix.shape[0] <= COARSEST:
-            # If the matrix is singular, so is the coarsest one; its factors would amplify rounding in the constant part of the
-            # residual. Entries of slivers cancel on coarse levels and leave only rounding. A larger diagonal repairs both.
+            # If the matrix is singular, so is the coarsest one: its factors would amplify rounding errors in the constant part
+            # of the residual. On coarse levels entries of slivers cancel to rounding errors. A larger diagonal repairs both.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:
-            # The matrix is nearly diagonal: there is nothing to coarsen, and two sweeps are enough.
+            # The last level is nearly diagonal and cannot be coarsened, or it has no factors: two sweeps replace its solution.
             self._levels.append(_level(matrix, sparse.csr_matrix((matrix.shape[0], 0))))
 
     def __call__(self, residual: Floats) -> Floats:
@@ -405,7 +405,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
     aggregate = np.full(n, -1, dtype=np.int32)
     count = 0
     for i in range(n):
-        # 1. An unknown and all its strong neighbours form an aggregate if none of them is in one.
+        # 1. An unknown and all its strong neighbours form an aggregate if none of them is in an aggregate yet.
         alone = True
         taken = aggregate[i] >= 0
         for k in range(indptr[i], indptr[i + 1]):

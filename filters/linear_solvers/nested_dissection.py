@@ -31,8 +31,8 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
 
     Returns:
         order: (n,) int32 a permutation.
-        firsts: (groups + 1,) where in the order each group begins, ascending; then n.
-        lows: (groups,) where in the order the part begins that a separator cuts; for an uncut part, where that part begins.
+        firsts: (groups + 1,) the place of each group's first vertex in the order, ascending; the last entry is n.
+        lows: (groups,) for a separator, the place where the part that it cuts begins; for an uncut part, the same as in `firsts`.
     """
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)
@@ -62,7 +62,7 @@ def _dissect_all(matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs
 def _dissect(
     matrix: CompressedRows, order: Ints, firsts: Longs, lows: Longs, inside: Bools, most: int, begin: int, end: int
 ) -> Longs:
-    """Cuts a range of `order` until no part is left to cut or at least `most` are; returns the parts that are left, (k, 2)."""
+    """Cuts a range of `order` until no parts or at least `most` parts are left to cut; returns their ranges, (k, 2)."""
     queue, bounds = np.empty(end - begin + 1, dtype=np.int32), np.empty(end - begin + 1, dtype=np.int32)
     waiting = [(begin, end)]
     done = 0
@@ -123,8 +123,8 @@ def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, boun
 def _cut(matrix: CompressedRows, order: Ints, inside: Bools, queue: Ints, bounds: Ints, depth: int) -> tuple[int, int]:
     """Reorders a part: near side, far side, separator; returns where the far side and the separator begin.
 
-    The separator lies in the cheapest level that leaves at least a third of the part on either side, or in the cheapest of all
-    levels if none does. It is the set of the level's vertices that touch the far side. A part of two levels stays whole.
+    The separator lies in the cheapest level that leaves at most two thirds of the part on each side; if no level does, in the
+    cheapest of all. It is the set of the level's vertices that touch the far side. A part of one or two levels stays whole.
     """
     count = order.shape[0]
     if depth < 3:

@@ -14,11 +14,11 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, like 3 % of points that fill space.
+# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, as are 3 % of space-filling points.
 _FLAT = 0.06
-# A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09) and needs `_MORE` times the points.
+# A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09); it needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
-# Linked points may be sparser by this factor: foliage has 2.7 median spacings in a scan of 25 points per square metre.
+# Linked points may be sparser by this factor: foliage has 2.7 times the median spacing in a scan of 25 points per square metre.
 _FOLIAGE = 2.0
 #: Number of rounds in which points linked to the surface join it.
 JOINED = 2
@@ -61,13 +61,13 @@ def stray_points(
 ) -> Bools:
     """Returns which points of a cloud are not part of any large enough surface.
 
-    1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is their least variance
-       along three principal axes, over the sum of the three. Two points are linked if each is a neighbour of the other. A point
-       in front of a surface has hardly any link, since surface points have nearer neighbours. Points that fill space are thick.
-    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links, twice that
-       spacing or a thickness of at most 0.06 is enough. Points with k / 4 links to kept points are then kept, too, in two rounds.
+    1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is the least of their
+       variances along three principal axes, over the sum of the three; it is large at points that fill space. Two points are
+       linked if each is a neighbour of the other. A point off a surface has few links, as surface points have nearer neighbours.
+    2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
+       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with k / 4 links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
-       with a mean thickness above 0.14, is stray if it has fewer than three times that number.
+       with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 
     The result does not depend on the unit, the position or the order of the points.
 
@@ -134,7 +134,7 @@ def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats,
 
 
 def linked_to(links: Ints, chosen: Bools) -> Longs:
-    """Returns (m,) the number of links of each point, out of (m, k), that lead to chosen points."""
+    """Returns (m,) how many of the (m, k) links of each point lead to chosen points."""
     counts: Longs = np.empty(len(links), np.int64)
     over_range(_count, len(links), links, chosen, counts)
     return counts
@@ -161,7 +161,7 @@ def _measure(places: Floats, numbers: Longs, neighbours: Ints, shares: Floats, f
     k = neighbours.shape[1]
     squared = np.empty(k)
     for p in range(first, last):
-        for i in range(k):  # sums in a fixed order
+        for i in range(k):  # sorts the neighbours, so that sums have a fixed order
             q = neighbours[p, i]
             dx, dy, dz = places[q, 0] - places[p, 0], places[q, 1] - places[p, 1], places[q, 2] - places[p, 2]
             distance, place = dx * dx + dy * dy + dz * dz, i

@@ -17,7 +17,7 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: Thickness is measured until b is this many displacements: f then shortens them by only 2 %, as tanh(x) / x is 0.98 at 1/4.
+#: The thickness is measured up to b = `_BOUND` displacements: f then shortens them by only 2 %, as tanh(x) / x is 0.98 at 1/4.
 _BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3
@@ -60,19 +60,19 @@ def enhance_details(
 ) -> EnhancedDetails:
     """Amplifies the relief of a surface along the normals of its base shape: p' = p + f((gain - 1) s h) n, h the relief's height.
 
-    1. The low passes K_short and K_long halve the ends of the band, see `low_pass`. n are the normals of the base shape K_long p.
+    1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without - K_long r a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
        both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.
     4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
        (`touching_balls`). So thin parts do not swell, and the two sides of a gap do not meet.
 
-    Waves outside the band stay as they are, noise among them. With gain 1 nothing changes.
+    Waves outside the band, including noise, stay as they are. With gain 1 nothing changes.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; at least one unless there are no vertices.
-        gain: the factor on the height of the relief, from 0. Above 1 amplifies the relief, below 1 flattens it.
+        gain: the factor on the height of the relief, at least 0. Above 1 amplifies the relief, below 1 flattens it.
         detail_size: the shortest wavelength of the relief, in mesh units; None: `shortest_relief` measures it. Choose it above
             the wavelengths of the noise.
         largest_size: the longest wavelength, above `detail_size`; None: four times `detail_size`.
@@ -177,8 +177,8 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
 
     Noise that is independent at each vertex has the same energy in every mode. So its energy in a band of a third of an octave
     grows with the square of the frequency. The noise level is measured at wavelengths of 2.5 to 4 mean edges, which hold little
-    else. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy, and at
-    least `SHORTEST` mean edges. At least one triangle must have an area.
+    besides noise. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy,
+    and at least `SHORTEST` mean edges. At least one triangle must have an area.
     """
     # In units of the mean edge, since the bands of a spectrum are at the same frequencies for every mesh.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)

@@ -1,10 +1,10 @@
 """Spectral filters without eigenvectors, by a polynomial or a rational function of the operator [hammond2011].
 
 M is the mass matrix, S the Dirichlet matrix, and b bounds all eigenvalues kappa of M^-1 S. A Chebyshev series p approximates the
-response F(sqrt kappa) on [0, b], and T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) sums up p(M^-1 S) v. This runs on D = M^-1/2 S M^-1/2
-and M^1/2 v. D is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The degree
-for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and with
-thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each of its terms takes a solve.
+response F(sqrt kappa) on [0, b]. The recurrence T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) evaluates p(M^-1 S) v = M^-1/2 p(D) M^1/2 v.
+D = M^-1/2 S M^-1/2 is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The
+degree for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and
+with thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each term takes a linear solve.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ def filter_without_eigenvectors(
         problem: S, M and the components, n rows.
         values: v, (n,) or (n, k).
         response: F.
-        tolerance: the largest error in the M-norm, as a share of |v - means|_M; solves may add a third. Below 1e-12 the
-            rounding errors are larger. The time grows with the logarithm of 1 / tolerance.
+        tolerance: the largest error in the M-norm, as a share of |v - means|_M; the solves of the rational route may add a third
+            of it. Below 1e-12 the rounding errors are larger. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the cutoff wavelength has edges, and more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}, and its error grows like the polynomials U.
+    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}; its error grows like the polynomials U.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
@@ -192,7 +192,7 @@ def rational_filter(
     error = 0.0
     for k in range(degree):
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
-        # The guess for R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2} takes R R T_{k-1} as R T_{k-1}, which is smooth already.
+        # The guess for R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2} has R T_{k-1}, already smooth, in place of R R T_{k-1}.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
         image, solve_error = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
@@ -261,7 +261,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
 
 #: The least number of samples of a function, and the number of samples times its `width`.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
-#: Coefficients below this share of the largest are rounding errors.
+#: Coefficients below this share of the largest coefficient are rounding errors.
 _NOTHING = 1e-15
 
 
@@ -389,8 +389,8 @@ def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats,
     return total
 
 
-# With signed indices the compiler tests each for being negative, which takes half of the time. Fusing products and sums halves
-# the time again, and is more exact.
+# The compiler would test a signed index for being negative, which takes half of the time. Fusing products and sums halves the
+# time again, and is more exact.
 @compiled(fastmath={"contract"})
 def fused_row_product(matrix: CompressedRows, i: Any, x: Floats) -> tuple[float, float, float]:
     """(A x)_i for x of shape (n, 3), products fused with sums; i is unsigned."""
@@ -436,7 +436,7 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
 
     After 24 steps from a random start the Ritz value is about a percent too low if the largest eigenvalues are close together,
     and exact if the largest stands out. `polynomial_filter` detects an estimate that is too low. The result is infinite for small
-    matrices, and if the method ends early: the start may then lack some modes.
+    matrices, and if the method ends early, because the start may then lack some modes.
     """
     n = symmetric.shape[0]
     if n < 4 * _LANCZOS_STEPS:

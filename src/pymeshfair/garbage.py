@@ -5,6 +5,6 @@ import gc
 
 
 def collect_seldom() -> None:
-    """Collects garbage rarely, and not at exit: each of the two took a tenth of the start time of a command."""
+    """Collects garbage rarely, and not at exit: usual ones took a tenth of a command's start time, the one at exit as much."""
     gc.set_threshold(50_000, 20, 50)
     atexit.register(gc.freeze)

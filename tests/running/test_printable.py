@@ -82,7 +82,7 @@ def test_a_face_turned_over_and_parts_that_touch_have_a_place(tmp_path: Path) ->
     told = _faults(_saved(tmp_path / "turned.stl", (vertices, turned)), tmp_path / "a")
     assert told[0].startswith("the written file has 3 edges whose two faces look to different sides, around ")
     told = _faults(_saved(tmp_path / "corner.stl", (vertices, faces), (vertices + 1.0, faces)), tmp_path / "b")
-    assert told == ["the written file has 1 vertices where it touches itself, around 1, 1, 1"]
+    assert told == ["the written file has 1 vertices where the surface touches itself, around 1, 1, 1"]
 
 
 def test_lids_that_cross_are_an_error_with_places(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Carries out a batch, from its plan to its summary: a process lent from a pool cleans each scan or draws its page."""
+"""Carries out a batch, from its plan to its summary: a process lent by a pool cleans each scan or draws its page."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class Station:
             except WorkerDied as error:
                 if error.signal != "SIGKILL" or not is_first:
                     raise
-                is_first = False  # killed by a user, or for lack of memory while others ran
+                is_first = False  # killed by a user, or because parallel runs took the memory
             self.pool.check_open()
 
 
@@ -131,7 +131,7 @@ class Listener(Protocol):
 
     def begin(self, total: int) -> None: ...  # the number of scans to do
     def outcome(self, scan: Scan, outcome: Outcome) -> None: ...  # a scan has ended; its outcome is in the journal
-    def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn; else `problem` says why not
+    def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn, or `problem` says why not
     def note(self, text: str) -> None: ...  # a message about the workers for the user
 
 
@@ -143,7 +143,7 @@ class BatchRun:
     journal: Journal
     items: Items  # the queue of signals and finished tasks
     listener: Listener
-    outcomes: dict[int, Outcome]  # by number of the scan; gets the new ones
+    outcomes: dict[int, Outcome]  # by number of the scan; `run` adds the new outcomes
     draws: bool  # whether pages are drawn
     stop: bool  # whether to stop after the first scan that fails
     pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page; empty if there is one
@@ -155,7 +155,7 @@ class BatchRun:
         Raises:
             ClusterError: the scheduler stopped.
             BatchError: the journal cannot be written.
-            KeyboardInterrupt: Ctrl-C, within a second; a second Ctrl-C ends the process at once.
+            KeyboardInterrupt: Ctrl-C was pressed, at most one second ago; another Ctrl-C ends the process at once.
         """
         try:
             for scan in scans:
@@ -223,7 +223,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
             if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
-        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # the document of another program, or a file is gone
+        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # a document of another program, or a file is gone
             return None
         if outcome.status == "broken" and not template.keep_broken:
             return None
@@ -235,7 +235,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Returns the checksums of the recipe and of further layers, the limits, and the versions of packages of an output."""
+    """Returns what an output was made with: checksums of the recipe and of further layers, limits, and versions of packages."""
     return (
         record["recipe"]["sha256"],
         [other["sha256"] for other in record["input"]["others"]],
@@ -253,12 +253,12 @@ def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
 
 @dataclass(frozen=True)
 class Prospect:
-    """A preview of a batch: which scans are to do, and the room on the disk."""
+    """A preview of a batch: the state of each scan, and the free space on the disk."""
 
     states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
     problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
-    bytes_in: int  # of the inputs to do
-    bytes_free: int | None  # on the disk of the outputs, or None if unknown
+    bytes_in: int  # total size of the inputs of scans to do
+    bytes_free: int | None  # free space on the disk of the outputs, or None if unknown
 
     @property
     def lacks_room(self) -> bool:
@@ -278,7 +278,7 @@ class Task:
     _: KW_ONLY
     resume: bool = False  # skip scans that are done
     stop: bool = False  # stop after the first scan that fails
-    sample: int | None = None  # do only so many scans, spread by size
+    sample: int | None = None  # do only this number of scans, which are spread over all sizes
     report: bool = False  # make a page for every cleaned scan, and one for the batch
     written: tuple[Path, ...] = field(default=(), init=False)  # the files about the whole batch
 
@@ -328,7 +328,7 @@ class Task:
 
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
-        """Starts processes of this machine for `carry_out`; yields None with a scheduler."""
+        """Starts processes of this machine for `carry_out`, or yields None if a scheduler has the workers."""
         if self.scheduler is not None:
             yield None
             return

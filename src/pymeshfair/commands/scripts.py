@@ -50,7 +50,7 @@ def check(
 
 
 def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
-    """The result of the check of a recipe, in terms of JSON and as text."""
+    """Returns the result of checking a recipe, as an object for JSON and as text."""
     from ..errors import PymeshfairError
     from ..scripts.warnings import script_warnings
 
@@ -76,7 +76,7 @@ def upgrade(
 ) -> None:
     """Bring a script of an older MeshLab up to date.
 
-    All changes are listed, each with whether the meaning stays the same. If it does not, nothing is written without --accept.
+    List all changes, and say which of them alter the meaning. If any does, nothing is written without --accept.
     """
     from ..files.errors import InputError
     from ..scripts import format_script
@@ -122,7 +122,7 @@ def export(
     """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
 
     Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by an
-    equivalent one, or else refused.
+    equivalent filter of MeshLab; if there is none, the recipe is refused.
     """
     from ..scripts.write import MeshFacts, export_script
 

@@ -25,7 +25,7 @@ from .formats import READABLE, UNCHECKED, extension, listed, load_function
 IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
 #: pixels of the largest texture, 16,384 x 16,384, which take 1 GB of memory
 LARGEST_IMAGE = 1 << 28
-#: images above the first number of pixels (128 MB in memory) may have the second number of pixels per byte of their file
+#: an image of more than `_SMALL_IMAGE` pixels (128 MB in memory) may have at most `_PIXELS_A_BYTE` pixels per byte of its file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
 
 
@@ -38,7 +38,7 @@ class References:
         self._allow_outside = allow_outside
 
     def find(self, name: str) -> Path | None:
-        """Returns the path of a named file, without resolving links, or None if there is none."""
+        """Returns the path of a named file, without resolving links, or None if there is no such file."""
         if "\0" in name or not name.strip():
             return None
         path = self.mesh.parent / name
@@ -100,7 +100,7 @@ def quoted(name: str, length: int = 80) -> str:
     return repr(name if len(name) <= length else f"{name[:length]}...")
 
 
-#: the doubt about a text that ends within a line
+#: the warning about a text that ends within a line
 NO_END = "its last line has no line end: the file, and its last number, may be cut short"
 
 
@@ -110,17 +110,17 @@ class Reading:
 
     mesh: MeshData
     doubts: tuple[str, ...] = ()  # warnings for the user, one sentence each
-    side_files: tuple[Path, ...] = ()  # the files that belong to it; readers leave out the images of textures
+    side_files: tuple[Path, ...] = ()  # the files that belong to the mesh file; readers leave out the images of textures
 
 
 def unended(text: bytes) -> tuple[str, ...]:
-    """Returns a doubt about a text that ends within a line, since its last number may be cut."""
+    """Returns a warning about a text that ends within a line, since its last number may be cut off."""
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
 MOST_TEXTURES = 1000  # of one mesh
-#: Reads a file and what it names. Raises `ContentsError` if the file is damaged or has another format, or a package is missing;
-#: `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
+#: Reads a mesh file and the files it names. Raises `ContentsError` if it is damaged, has another format or needs a package that
+#: is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
 #: the first bytes of a text in UTF-16, and the formats that allow this encoding
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")

@@ -1,7 +1,7 @@
-"""Writes PLY files: with header, elements, types and comments of a source PLY file, or in double precision without one.
+"""Writes PLY files: with the header, elements, types and comments of the source if it is a PLY file, else in double precision.
 
-Unchanged contents are written byte for byte. Rows of deleted elements are left out. The rest of a polygon stays a polygon if
-possible, perhaps with another first corner. In rows of added elements, properties without a value are 0.
+Unchanged contents are written byte for byte. Rows of deleted elements are left out. If a polygon loses triangles, its other
+triangles form a polygon if possible, perhaps with another first corner. In new rows, properties without a value are 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Writes a mesh without a matrix; without `writing`, coordinates keep the type of the source file."""
+    """Writes a mesh without a transformation matrix; if `writing` is None, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
         document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
@@ -223,7 +223,7 @@ def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[s
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the colour columns: those of the file if unchanged, else levels in the types of the file, or bytes without them."""
+    """Returns the colour columns: those of the file if unchanged, else new ones in its types, or bytes for channels it lacks."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
@@ -272,7 +272,7 @@ def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
 
 def _packed(row: Table, order: str) -> bytes:
     n = row.element.count
-    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # for each field: the bytes of all rows, and their number in each row
+    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # for each field: the bytes of all rows, and how many a row has
     for p in row.element.properties:
         column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of these rows in the source file, in a text with changed numbers; None if they must be written anew."""
+    """Returns the bytes of the rows in the source file, with changed numbers in a text; None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

@@ -18,7 +18,7 @@ else:  # their import takes longer than that of pymeshlab
 
 
 class LateMethods(type):
-    """The metaclass that adds methods for filters of plugins when a missing method, or the list of methods, is needed."""
+    """The metaclass that adds the methods of plugin filters when a missing method or the list of methods is requested."""
 
     def __getattr__(cls, name: str) -> Any:
         if not name.startswith("_"):
@@ -55,7 +55,7 @@ class FilterMethods(metaclass=LateMethods):
 
 
 class _LateMethod:
-    """Descriptor that makes the method of a filter at its first use, since documenting all 300 takes a tenth of a second."""
+    """Descriptor that makes the method of a filter at its first use, as documenting all 300 methods takes a tenth of a second."""
 
     def __init__(self, name: str) -> None:
         self._name = name

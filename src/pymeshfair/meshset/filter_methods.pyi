@@ -3723,9 +3723,9 @@ class FilterMethods(metaclass=LateMethods):
         """Selects the vertices that are probably outliers, and gives every vertex its outlier probability.
 
         LoOP (local outlier probability) compares the distances of a vertex to its neighbours with the distances of these
-        neighbours to their own, so dense and sparse parts of a scan are judged equally. The probability, from 0 to 1, becomes
-        the vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored. Returns the
-        number of selected vertices, the largest and the mean probability.
+        neighbours to their own neighbours. So dense and sparse parts of a scan are judged equally. The probability, from 0 to
+        1, becomes the vertex scalar. The selection of vertices is replaced, the selection of faces stays. Faces are ignored.
+        Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
             neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
@@ -3834,8 +3834,8 @@ class FilterMethods(metaclass=LateMethods):
                 longer. Takes a whole number of at least 1.
             sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
                 sparser parts of a scan, and also denser hazes. Takes a number of at least 1.
-            smallest_part: Isolated clumps of fewer points are selected. Larger selects larger clumps. Takes a whole number of
-                at least 1.
+            smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps. Takes a whole
+                number of at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
 
         Returns:

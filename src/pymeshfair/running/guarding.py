@@ -29,7 +29,7 @@ class Breach:
     guard: str  # the name of the limit
     message: str  # the breach, its place, and the allowed amount
     vertex: int | None = None  # the vertex of the result that breaks the limit; None if the breach has no single vertex
-    place: tuple[float, ...] | None = None  # (x, y, z) of that vertex, or the middle of the largest faulty place
+    place: tuple[float, ...] | None = None  # (x, y, z) of that vertex, or the middle of the largest connected group of faults
     amount: float | None = None  # the measured amount; None if it could not be measured
     allowed: float | None = None  # the allowed amount, in the same unit
 
@@ -111,7 +111,7 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
     """Faults that keep a slicer from telling inside from outside: borders, non-manifold edges, flipped or intersecting faces.
 
     MeshLab finds the intersecting faces, with its files in `folder`. If `folder` is None, MeshLab runs in a process of its own,
-    and a crash there raises `RunError`. For a `wrapped` mesh the advice is not to wrap it.
+    and a crash there raises `RunError`. If the mesh is `wrapped`, the message advises other settings of the wrap.
     """
     firsts, numbers = numbered(mesh.vertices)
     vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
@@ -131,7 +131,7 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
             yield _fault(kind, int(wrong.sum()), vertices, ends[wrong])
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
         touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
-        yield _fault("vertices where it touches itself", len(touching), vertices, touching[:, None])
+        yield _fault("vertices where the surface touches itself", len(touching), vertices, touching[:, None])
     if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
     merged = MeshData(vertices=vertices, faces=faces)
@@ -171,7 +171,7 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     mean_distance = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
     depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(scan.vertices[scan.faces].mean(axis=1)).signed)
     share = areas[depths > 2.0 * mean_distance].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
-    return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha keeps these"
+    return f"{share:.1%} of the scanned area is closed in, inside or in hollows narrower than alpha; a smaller alpha closes less"
 
 
 def _fault(kind: str, count: int, vertices: Floats, cells: Ints) -> Breach:

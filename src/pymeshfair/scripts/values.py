@@ -33,7 +33,7 @@ _ACCEPTED: Mapping[str, Sequence[str]] = {
     **{name: (name, "RichInt") for name in ("RichEnum", "RichMesh")},
     **{name: (name, "RichString") for name in ("RichOpenFile", "RichSaveFile")},
 }
-#: by type of parameter: the attributes without which MeshLab drops it, and whether each is a whole number
+#: by type of parameter: the attributes without which MeshLab drops the value, and whether each is a whole number
 _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichDynamicFloat": {"min": False, "max": False},
     "RichAbsPerc": {"min": False, "max": False},
@@ -52,8 +52,8 @@ _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("fals
 def parse_value(parameter: Parameter, text: str) -> Any:
     """The value of a parameter from its text on a command line or in a setting.
 
-    Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or a number in mesh units; choices
-    their names; points ``1,2,3``; colours ``255,128,0``, also with an opacity; matrices sixteen numbers, row by row.
+    A switch is true or false (also yes, no, on, off, 1, 0); a length is ``1%``, ``0.5edge`` or a number in mesh units; a choice
+    is its name; a point is ``1,2,3``; a colour is ``255,128,0``, or with opacity four numbers; a matrix is sixteen, row by row.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain
@@ -104,7 +104,7 @@ def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and others that this type requires."""
+    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and attributes that the type requires."""
     written, wanted = attributes.get("type"), parameter.xml_type
     dropped = "is missing; MeshLab would drop the parameter and take its default"
     if written is None:
@@ -242,7 +242,7 @@ _FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surfac
 
 
 def is_expression(filter_name: str, parameter_name: str) -> bool:
-    """Whether this text parameter of a filter (by its Python name) is an expression; the name of a new attribute is none."""
+    """Whether a text parameter of the filter with this Python name is an expression; the name of a new attribute is not."""
     return _FILTERS.search(filter_name) is not None and parameter_name != "name"
 
 

@@ -1,8 +1,8 @@
-"""Divides points into buckets that fit into memory, and each bucket into cells; the files are read by rows.
+"""Divides points into buckets that fit into memory, and each bucket into cells; the slot of a point is its row in the files.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
-too many points is divided again; coincident points are divided by their numbers. A cell has some hundred points of a bucket,
-which lie close together, and their bounding box; a tile is a range of cells. No result depends on the division.
+too many points is divided again; coincident points are divided by their numbers. A cell is some hundred points of a bucket that
+lie close together, with their bounding box; a tile is a range of cells. No result depends on the division.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from ..filters.mesh import Floats, Ints, Longs
 from ..filters.neighbours import CellTree, build_tree
 from .workers import Tasks
 
-#: the first cell (or slot) of each tile, and the one after its last
+#: for each tile the first cell (or slot), and the cell (or slot) after the last one
 Ranges: TypeAlias = list[tuple[int, int]]
-#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that their index is small
+#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that their index stays small
 CELL, MOST_CELLS = 512, 1 << 18
 #: yields (n, 3) coordinates and (n,) numbers, slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
 
-#: points of the sample for each bucket, and the most in total
+#: sampled points for each bucket, and the most sampled points in total
 _SAMPLED, _LARGEST_SAMPLE = 4096, 1 << 19
 #: the most buckets of one division; their files are opened one at a time
 MOST_BUCKETS = 512
@@ -84,7 +84,7 @@ class Part:
     """The points of a tile, which have consecutive slots, followed by points from outside of it."""
 
     begin: int  # the first slot
-    end: int  # the slot after the last
+    end: int  # the slot after the last one
     outside: Longs  # (o,) slots of the points outside, ascending
 
     @property
@@ -93,7 +93,7 @@ class Part:
         return np.concatenate([np.arange(self.begin, self.end), self.outside])
 
     def rows(self, slots: NDArray[Any]) -> NDArray[Any]:
-        """Returns the index in `self.slots` of each of some slots."""
+        """Returns the index in `self.slots` of each given slot."""
         rows, is_outside = slots - self.begin, (slots < self.begin) | (slots >= self.end)
         rows[is_outside] = self.end - self.begin + np.searchsorted(self.outside, slots[is_outside])
         return rows
@@ -138,7 +138,7 @@ class Results:
         self.values.write(first, values[order])
 
     def in_order(self, tiles: Ranges, size: int) -> Iterator[NDArray[Any]]:
-        """Yields the values by ascending number, `size` at a time; the tiles have all points, which are numbered from 0."""
+        """Yields the values by ascending number, `size` at a time; together the tiles have all points, numbered from 0."""
         next_row, width = [first for first, _ in tiles], self.values.width
         chunk, count = max(1, size // max(1, len(tiles))), sum(end - first for first, end in tiles)
         for first in range(0, count, size):
@@ -161,7 +161,7 @@ class Bucket:
 
     path: Path  # the file
     count: int  # number of points
-    first: int = 0  # its first row in the file, which buckets of coincident points share
+    first: int = 0  # its first row in the file; buckets of coincident points share a file
 
     def read(self) -> tuple[Floats, Longs]:
         """Returns the coordinates and the numbers."""
@@ -306,7 +306,7 @@ class Cells:
         return int(starts[first]), int(starts[last])
 
     def slots_of_tiles(self, tiles: Ranges) -> Ranges:
-        """Returns `slots_of` each tile."""
+        """Returns the range of slots of each tile, see `slots_of`."""
         return [self.slots_of(*tile) for tile in tiles]
 
     def ranges_of(self, cells: Longs) -> Ranges:

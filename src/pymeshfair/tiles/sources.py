@@ -98,7 +98,7 @@ class PlyFile:
 
     @property
     def row(self) -> int:
-        """Returns the bytes of a vertex."""
+        """Returns the size of a vertex in bytes."""
         return self.vertices.dtype.itemsize
 
     def __len__(self) -> int:
@@ -114,7 +114,7 @@ class PlyFile:
         """Refuses a file that has elements with other names; `words` end the message."""
         others = [e for e in self.header.elements if e.name not in names and e.count]
         if others:
-            raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; {words}")
+            raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
         """Does the same as `LasCloud.write`."""
@@ -154,11 +154,11 @@ class MeshFile(PlyFile):
         self.vertices  # noqa: B018 - checks the vertices
         table = self.tables.get("face")
         if table is None or not table.element.count or not _lists_of_corners(table):
-            raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
+            raise ContentsError("it has no faces; by tiles, only the vertices of triangle meshes are moved")
         corners = table.dtype[_lists_of_corners(table)[0]].shape[0]
         if corners != 3:
             raise ContentsError(f"its first face has {corners} corners; by tiles, all faces must be triangles")
-        self.check_others(("vertex", "face"), "by tiles a mesh has vertices and faces alone")
+        self.check_others(("vertex", "face"), "by tiles, a mesh may have only vertices and faces")
         return table
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
@@ -193,7 +193,7 @@ class LasCloud:
 
     @property
     def row(self) -> int:
-        """Returns the bytes of a point in memory."""
+        """Returns the size of a point in memory, in bytes."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
@@ -249,7 +249,7 @@ class E57Cloud:
 
     @property
     def row(self) -> int:
-        """Returns the bytes of a point in the rewritten file and in the output together."""
+        """Returns the size of a point in bytes: its size in the rewritten file plus its size in the output."""
         attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 
@@ -268,7 +268,7 @@ class E57Cloud:
         return (*doubts_of(declared - len(open_cloud(target))), *doubts, *notes)
 
     def _write_ply(self, file: BinaryIO, size: int) -> None:
-        count, count_line = 0, b"element vertex %020d\n"  # of fixed width, so that the final number can overwrite it
+        count, count_line = 0, b"element vertex %020d\n"  # of fixed width, so that the final count can overwrite it
         for piece in e57_pieces(self.path, size):
             written = BytesIO()
             write_ply(piece, written)
@@ -296,5 +296,5 @@ def open_cloud(path: Path) -> Source | E57Cloud:
     if not len(cloud):  # raises if the file cannot be opened
         raise ContentsError("no vertex could be read from it")
     if isinstance(cloud, PlyFile):
-        cloud.check_others(("vertex",), "by tiles outliers are found in clouds alone")
+        cloud.check_others(("vertex",), "by tiles, outliers are found only in clouds")
     return cloud

@@ -1,7 +1,7 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
 pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
-helper attributes. After that these are overwritten through the vertex normals, which is slower: vertex i moves to (i, 0, 0). A
+helper attributes. Later calls overwrite these by way of the vertex normals, which is slower: vertex i moves to (i, 0, 0). A
 helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
 and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
@@ -48,7 +48,7 @@ _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """Stores arrays in helper attributes of the current layer, one number an element; returns names valid until the next call."""
+    """Stores arrays in helper attributes of the current layer, one number per element; their names hold until the next call."""
     if has_room(bench, element, len(arrays)):
         fresh = _names(_count_helpers(bench, element), len(arrays))
         for name, values in zip(fresh, arrays, strict=True):
@@ -99,7 +99,7 @@ def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: 
 def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
     """Sets the face attributes `names` of the current layer to the arrays.
 
-    A face reads its numbers at a corner: in each round every vertex carries the index and two numbers of one of its faces.
+    A face reads its numbers from a corner: in each round every vertex carries the index and two numbers of one adjacent face.
     """
     faces = read_array(mesh, "faces")
     targets = [*zip(names, arrays, strict=False)]
@@ -266,7 +266,7 @@ def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
 
 
 def _spellings(listed: str) -> Iterator[str]:
-    """Yields names that MeshLab would list alike: capitals at word starts, then few capitals anywhere, then other separators."""
+    """Yields names that MeshLab lists as `listed`: words with capitals, then a few capitals anywhere, then other separators."""
     words = [(word, word.capitalize(), word.upper()) for word in listed.split("_")]
     letters = [place for place, letter in enumerate(listed) if letter != letter.upper()]
     capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))

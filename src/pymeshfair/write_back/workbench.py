@@ -16,7 +16,7 @@ from ..mesh_data import MeshData, View, as_levels
 from ..mesh_data.mesh_data import LazyAttributes
 from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
-#: The most morphs of one move: a morph computes s + (t - s) in floating point; a second one corrects the rounding.
+#: The most morphs of one move: a morph computes s + (t - s) in floating point; a second one corrects the rounding error.
 _MOST_MORPHS = 3
 _KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
 #: by array of `Layer`, pymeshlab's method that returns it
@@ -24,19 +24,19 @@ _ARRAYS = {
     **{"vertices": "vertex_matrix", "faces": "face_matrix", "edges": "edge_matrix"},
     **{f"{element}_{kind}": f"{element}_{method}" for kind, method in _KINDS.items() for element in ("vertex", "face")},
 }
-#: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
+#: The arrays that an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = tuple(name for name in _ARRAYS if name not in ("faces", "edges"))
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
     """Returns a C-contiguous copy of an array of `Layer` (pymeshlab's arrays are column-major).
 
-    Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
+    Face normals are right only while the mesh has no transformation matrix; see `Workbench.matrix_aside`.
     """
     try:
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
-        # Elements deleted through other bindings still have their places; MeshLab itself compacts after each filter.
+        # Elements deleted through other bindings keep their places in arrays; MeshLab itself removes such gaps after each filter.
         mesh.compact()
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
 
@@ -75,9 +75,9 @@ class Workbench:
 
     Attributes:
         meshset: the mesh set; any `pymeshlab.MeshSet` serves.
-        helper_ids: ascending ids of helper layers, also of removed ones. MeshLab never uses an id twice, so they leave gaps.
+        helper_ids: ascending ids of helper layers, also of removed ones. MeshLab never uses an id twice, so ids have gaps.
         verbose: whether the mesh set reports its own filters on the screen; those applied here are silent.
-        prints_parameters: whether it reports the parameters of its own filters.
+        prints_parameters: whether the mesh set reports the parameters of its own filters.
     """
 
     def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
@@ -167,7 +167,7 @@ class Workbench:
 
     @contextmanager
     def matrix_aside(self, mesh: Any) -> Iterator[None]:
-        """Removes the matrix of a layer while the context is open.
+        """Removes the transformation matrix of a layer while the context is open.
 
         pymeshlab's face_normal_matrix() applies the matrix, scaled by the cube root of its determinant, and returns NaN for a
         mirrored layer. Its other arrays do not depend on the matrix.
@@ -180,7 +180,7 @@ class Workbench:
             self.set_matrix(mesh, matrix)
 
     def set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
-        """Sets the matrix of a layer, unless it has this matrix already."""
+        """Sets the transformation matrix of a layer, unless the layer has this matrix already."""
         if np.array_equal(mesh.transform_matrix(), matrix):
             return
         current = BASE.current_mesh_id(self.meshset)
