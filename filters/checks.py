@@ -45,11 +45,11 @@ class ConvergenceError(PymeshfairError, RuntimeError):
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
-    """Returns the value as an `int` from `least` to `most`, both included; `most` None is no upper bound.
+    """Returns the value as an `int` from `least` to `most`, both included; `most` None means no upper bound.
 
     Raises:
         FilterInputError: not an integer, or out of range: "iterations is 2.5: it must be a whole number of at least 0". The
-            message ends with `note`: punctuation, then an explanation of the value or the remedy.
+            message ends with `note`: a punctuation mark, then an explanation of the value, or the remedy.
     """
     if isinstance(value, Integral) and not isinstance(value, bool):
         number = int(value)

@@ -484,7 +484,7 @@ def test_clouds_without_enough_points_or_with_another_operator_are_errors() -> N
     ):
         explicit_smoothing(points, [])
     with pytest.raises(
-        FilterInputError, match=r"a point cloud of 20 points in different places has no 30 neighbours for each: .* at least 31"
+        FilterInputError, match=r"a point cloud of 20 distinct points has fewer than 30 neighbours for each point: .* at least 31"
     ):
         explicit_smoothing(points, [], operator="robust", step=1e-3)
 
