@@ -35,11 +35,11 @@ Selected: TypeAlias = Annotated[
 Border: TypeAlias = Annotated[
     BorderPolicy,
     Enum(
-        help="How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours on "
-        "the border; 'free' move like any other vertex, so that borders recede."
+        help="How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only their "
+        "neighbours on the border. 'free': they move like any other vertex, so that borders recede."
     ),
 ]
-Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More are smoother and slower.")]
+Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(
@@ -56,7 +56,7 @@ def no_amount(other: str) -> FilterInputError:
 
 
 class Smoothed(NamedTuple):
-    """The (n, 3) smoothed vertices, the amount of smoothing, 0 for none, and the report on the choice of the amount."""
+    """The (n, 3) smoothed vertices, the amount of smoothing (0: none), and the report on the choice of the amount."""
 
     vertices: Floats
     amount: float
@@ -71,7 +71,7 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`. Below 0, for "auto", `chosen_amount` takes the best of `tried`, and no additional faces fold.
+    """Smooths by `amount`. If it is below 0 ("auto"), `chosen_amount` takes the best of `tried`, and no additional face folds.
 
     `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
     """

@@ -21,7 +21,7 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: most unpacked bytes: a multiple of the file size, plus a constant; numbers in text shrink to a tenth when packed
+#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; numbers as text pack to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
@@ -46,7 +46,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: texts of the numbers of vertices and triangles, attributes of triangles, and components."""
+    """An object: coordinates and corner numbers as texts, attributes of triangles, and components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class _Model:
 
     def start(self, tag: str, qualified: dict[str, str]) -> None:
         if self._ignored_depth or tag not in _KNOWN:
-            if not self._ignored_depth and qualified.get("name") != "Application":  # the writing program
+            if not self._ignored_depth and qualified.get("name") != "Application":  # the metadata that names the writing program
                 self.unread[f"elements {quoted(tag, 30)}"] += 1
             self._ignored_depth += 1
             return

@@ -139,7 +139,7 @@ def export_script(
 
 
 def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]:
-    """The step with the equivalent filter of MeshLab, and ""; or the step itself, and why there is no such filter."""
+    """The step with the equivalent filter of MeshLab, and ""; or the step itself, and why MeshLab has no equivalent."""
     equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
     why = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
     if equivalent is None:
