@@ -144,7 +144,7 @@ class FilterMethods(metaclass=LateMethods):
                 difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -446,8 +446,8 @@ class FilterMethods(metaclass=LateMethods):
                 noise is filtered out before. Larger keeps only sharper ridges. Takes a number from 1 to 179.
             feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2).
                 Larger keeps only higher values. Takes a number from 1e-30 to 1e+30.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -492,8 +492,8 @@ class FilterMethods(metaclass=LateMethods):
                 a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
                 'auto'.
             iterations: The number of steps. More are smoother, slower, and shrink more. Takes a whole number from 0 to 10000.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -867,11 +867,11 @@ class FilterMethods(metaclass=LateMethods):
             step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex
                 itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -973,8 +973,8 @@ class FilterMethods(metaclass=LateMethods):
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
             keep_dimensions: Move parts of the shape back along the normals by the loss that neighbours have in common: limbs
                 keep their thickness and the shape its size, open or closed. Not for point clouds.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1376,8 +1376,8 @@ class FilterMethods(metaclass=LateMethods):
                 number from 0 to 2.
             iterations: The number of pairs of steps. More are smoother. 'auto' takes the number with the least expected slope
                 error. Takes a whole number from 0 to 100000, or 'auto'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1671,7 +1671,7 @@ class FilterMethods(metaclass=LateMethods):
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
