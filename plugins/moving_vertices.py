@@ -39,7 +39,7 @@ Border: TypeAlias = Annotated[
         "neighbours on the border. 'free': they move like any other vertex, so that borders recede."
     ),
 ]
-Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
+Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more and take longer.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(
