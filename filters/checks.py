@@ -88,7 +88,7 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
 
 
 def check_choice(name: str, value: object, allowed: Any) -> None:
-    """Refuses a value that is not one of the allowed names, which are a `Literal` type or a sequence.
+    """Refuses a value that is not one of the allowed names, given as a `Literal` type or as a sequence.
 
     Raises:
         FilterInputError: another name, or not a string: "border 'open' is not one of 'fixed', 'along', 'free'".

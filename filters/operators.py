@@ -44,7 +44,7 @@ SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
 #: A mesh needs the robust operator if the doubled area of a triangle is below this share of its summed squared edges: cotangents
 #: then make the spectrum so wide that the rounding of the highest eigenvalues hides the lowest ones.
 _SLIVER = 1e-5
-#: Edges are lengthened intrinsically where a triangle is degenerate to within this share of the mean edge.
+#: Intrinsic mollification lengthens all edges until each triangle inequality holds by this share of the mean edge [sharp2020].
 _MOLLIFIED = 1e-5
 #: The number of neighbours in the triangulation around a point of a cloud.
 _NEIGHBOURS = 30
@@ -130,7 +130,7 @@ def row_starts(starts: Longs) -> Ints | Longs:
 
 
 def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sparse.csr_matrix:
-    """Returns the (n, n) matrix; the columns of each row must ascend without repetition."""
+    """Returns the (n, n) matrix with these rows; the columns of each row must ascend without repetition."""
     n = len(starts) - 1
     matrix = sparse.csr_matrix((data, columns, starts), shape=(n, n))
     matrix.has_sorted_indices = True

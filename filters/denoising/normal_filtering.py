@@ -220,7 +220,7 @@ class NormalPasses:
 
 
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch with the face.
+    """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch that contains it.
 
     The patch of a face is the face with its neighbours in `patches` ("vertex"). A patch is uniform if H = D R is small. D is the
     largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge, divided by their sum
@@ -299,7 +299,7 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
 
 
 def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """Returns (n, 8) a table as of `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
+    """Returns (n, 8) a table as in `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
     rows = np.zeros((len(vertices), 8))
     rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
     rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
@@ -351,7 +351,7 @@ def round_of_part(
 
 
 def distances_of_part(points: Floats, faces: Ints, counted: Bools) -> tuple[list[float], int]:
-    """Returns the exact sum of the centre distances of edge neighbours, as a list of numbers, and the number of distances.
+    """Returns numbers that add up exactly to the sum of the centre distances of edge neighbours, and the number of distances.
 
     The sum is over the faces in the mask `counted`; each needs two rings of faces around it. The points are normalised.
     One `math.fsum` over the lists of all parts gives the sum of the whole mesh, rounded once.

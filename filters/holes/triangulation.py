@@ -95,7 +95,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """The pairs of corners that mesh edges join, except sides of the polygon; `neighbours` has those of each distinct vertex."""
+    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` lists the neighbours of distinct vertices."""
     k = len(corners)
     distinct, index = np.unique(corners, return_inverse=True)
     n = len(distinct)
@@ -157,7 +157,7 @@ def triangulate_rim(
     size = float(np.abs(points - centre).max())
     if n < 3 or not size > 0.0:
         return None
-    # Products of four lengths stay in range in any unit.
+    # After the scaling, products of four lengths stay in range in any unit.
     points, opposite = (points - centre) / size, (opposite - centre) / size
     parts = [np.arange(n, dtype=np.int32)]
     rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
@@ -218,7 +218,7 @@ def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
     The `WINDOW` nearest triangles, counted in edge crossings, form a polygon, since the dual graph of a triangulated polygon is
-    a tree. Its `minimal_triangulation` replaces them if its (largest dihedral angle, area) is smaller.
+    a tree. The `minimal_triangulation` of the polygon replaces them if its (largest dihedral angle, area) is smaller.
     """
     if chord not in rim.holder:
         return  # no longer an edge

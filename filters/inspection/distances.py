@@ -121,7 +121,7 @@ class DistanceStatistics:
     mean_size: float  # mean absolute distance
     rms: float  # root mean square distance
     standard_deviation: float  # of the signed distances
-    percentiles: dict[str, float]  # of the absolute distances, by the percentages "50", "90", "95", "99" of the area
+    percentiles: dict[str, float]  # absolute distances that "50", "90", "95" and "99" % of the area do not exceed
     within: float | None  # the share of the area within the tolerance; None without a tolerance
     mean_error: float  # the sampling error of `mean`
     mean_size_error: float  # the sampling error of `mean_size`
@@ -140,7 +140,7 @@ class SurfaceDistance:
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
     furthest: Floats  # (3,) the place with the distance `largest`
-    at_most: float  # an upper bound of all absolute distances: within 1 % of `largest`, except on long searches and from clouds
+    at_most: float  # an upper bound of all absolute distances; within 1 % of `largest` except after long searches or for clouds
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
         """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
@@ -173,7 +173,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measures distances from a surface: at about `count` samples of a mesh, at least one on each face, or at points of a cloud.
+    """Measures distances from a surface: at about `count` samples of a mesh, at least one on each face, or at all cloud points.
 
     Raises:
         FilterInputError: not a mesh.
@@ -201,7 +201,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
-    """Finds the largest distance, its place, and an upper bound: quarters the parts whose bounds are clearly above `largest`."""
+    """Finds the largest distance, its place, and an upper bound: quarters parts with bounds over `_PROVEN` times the largest."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances

@@ -21,10 +21,10 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; numbers as text pack to a tenth
+#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; packing shrinks numbers to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
+#: errors of `zipfile` about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read, and their attributes
 _KNOWN = {

@@ -179,7 +179,7 @@ class _TiledRun:
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
     def _report_skipped(self, number: int) -> None:
-        """Reports the steps before `number` that were done together with an earlier one."""
+        """Reports the steps before `number` that were done together with an earlier step."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
                 pass
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # Each bucket with a corner of a face stores the face in 20 bytes: 23 bytes per face on average, 46 with the unsorted files.
+    # The file of each bucket of cells with a corner of a face has the face in 20 bytes: 23 on average, 46 with unsorted files.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)
