@@ -64,27 +64,27 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
     """Returns the value as a finite `float` from `least` to `most`, both included; `most` needs `least`.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range: "time_step nan is not finite and at least 0".
+        FilterInputError: not a real number, not finite, or out of range: "time_step is nan: it must be finite and at least 0".
     """
     number = _real(value)
     low, high = -math.inf if least is None else least, math.inf if most is None else most
     if math.isfinite(number) and low <= number <= high:
         return number
     allowed = "finite" if least is None else f"finite and at least {least:g}" if most is None else f"from {least:g} to {most:g}"
-    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}")
+    raise FilterInputError(f"{name} is {_shown(value)}: it must be {allowed}")
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
     """Returns the value as a finite `float` above 0 and at most `most` (None: no bound); `note` as in `check_whole_number`.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range: "detail_size 0.0 is not finite and above 0".
+        FilterInputError: not a real number, not finite, or out of range: "detail_size is 0.0: it must be finite and above 0".
     """
     number = _real(value)
     if 0.0 < number < math.inf and (most is None or number <= most):
         return number
     allowed = "finite and above 0" if most is None else f"above 0 and at most {most:g}"
-    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
+    raise FilterInputError(f"{name} is {_shown(value)}: it must be {allowed}{note}")
 
 
 def check_choice(name: str, value: object, allowed: Any) -> None:
