@@ -528,7 +528,7 @@ def test_nothing_to_do_returns_a_copy() -> None:
             {"step": -0.5, "operator": "laplace_beltrami"},
             "step is -0.5: it must be finite and above 0, as the operator 'laplace_beltrami'",
         ),
-        ({"step": float("nan")}, "step nan is not above 0"),
+        ({"step": float("nan")}, "step is nan: it must be above 0"),
         ({"step": float("inf"), "operator": "robust"}, "step is inf: it must be finite"),
         ({"iterations": -1}, "iterations is -1: it must be a whole number of at least 0"),
         ({"iterations": 1.5}, "iterations is 1.5"),
