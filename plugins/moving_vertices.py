@@ -39,7 +39,7 @@ Border: TypeAlias = Annotated[
         "neighbours on the border. 'free': they move like any other vertex, so that borders recede."
     ),
 ]
-Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more and take longer.")]
+Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(
@@ -144,6 +144,6 @@ def displacement(before: Floats, after: Floats) -> dict[str, float]:
 def irregular_note(count: int) -> str:
     """The note on vertices that were smoothed by connectivity alone."""
     return (
-        f"The triangles around {count:,} vertices are so uneven that weights by angles and areas would throw some vertices out: "
-        "these parts were smoothed by connectivity alone. Better triangles (Tangential Smoothing, remeshing) improve the surface."
+        f"The triangles around {count:,} vertices are so uneven that weights by angles and areas would move some vertices far "
+        "off: connectivity alone smoothed these parts. Better triangles (Tangential Smoothing, remeshing) improve the surface."
     )

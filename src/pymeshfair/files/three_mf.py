@@ -182,7 +182,7 @@ class _Reader:
             data = stream.read(self._left + 1)  # the declared size is not trusted
         self._left -= len(data)
         if self._left < 0:
-            raise ContentsError(f"its {self._size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
+            raise ContentsError(f"its {self._size:,} bytes unpack to more than {_MOST_TIMES} times as many, which no mesh does")
         return data
 
     def _model(self, name: str) -> _Model:

@@ -144,7 +144,7 @@ class FilterMethods(metaclass=LateMethods):
                 difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More steps smooth more and take longer. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -867,7 +867,7 @@ class FilterMethods(metaclass=LateMethods):
             step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
-            iterations: The number of steps. More steps smooth more and take longer. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             update: 'euler' takes the step above. 'meshlab' repeats MeshLab's Laplacian Smooth: the mean includes the vertex
                 itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
@@ -1671,7 +1671,7 @@ class FilterMethods(metaclass=LateMethods):
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More steps smooth more and take longer. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
