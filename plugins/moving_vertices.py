@@ -47,7 +47,7 @@ DETAIL_SIZE = Percentage(
     automatic=-1,
     help=_WAVES + "'auto' takes the size with the least expected slope error. Not used if another parameter gives the amount.",
 )
-SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For 'implicit' with 'inverse_length'.")
+SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 
 
 def no_amount(other: str) -> FilterInputError:

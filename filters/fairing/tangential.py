@@ -216,9 +216,9 @@ def flip_towards_quality(
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
     for slivers. So every flip raises the mean quality of the mesh, and the lowest quality does not fall. A flip is refused if the
-    normal of a new triangle would be more than 75 degrees from that of an old one or of the other new one; if the new edge exists
-    already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the surface
-    than allowed. Edges without exactly two faces stay, and so do edges whose faces have opposite orientations. Vertices do not
+    normal of a new triangle would be more than 75 degrees from the normal of an old or the other new triangle; if the new edge
+    exists already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the
+    surface than allowed. Edges without exactly two faces, or whose faces have opposite orientations, stay. Vertices do not
     move.
 
     The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)

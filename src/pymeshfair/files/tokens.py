@@ -197,7 +197,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
-    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # upper bound: comments count
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # an upper bound
     n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))

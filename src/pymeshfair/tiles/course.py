@@ -213,7 +213,7 @@ def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
 
 
 def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
-    """Refuses jobs that cannot be done by tiles; returns the steps, the bytes of memory, and the workers with their memory."""
+    """Refuses jobs that cannot be done by tiles; returns the steps, the memory in bytes, and the workers with their memory."""
     plan = plan_of(job.recipe.script)
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
