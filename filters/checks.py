@@ -45,11 +45,11 @@ class ConvergenceError(PymeshfairError, RuntimeError):
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
-    """Returns the value as an `int` from `least` to `most`, both included; `most` None is no upper bound.
+    """Returns the value as an `int` from `least` to `most`, both included; `most` None means no upper bound.
 
     Raises:
         FilterInputError: not an integer, or out of range: "iterations is 2.5: it must be a whole number of at least 0". The
-            message ends with `note`: punctuation, then an explanation of the value or the remedy.
+            message ends with `note`: a punctuation mark, then an explanation of the value, or the remedy.
     """
     if isinstance(value, Integral) and not isinstance(value, bool):
         number = int(value)
@@ -64,31 +64,31 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
     """Returns the value as a finite `float` from `least` to `most`, both included; `most` needs `least`.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range: "time_step nan is not finite and at least 0".
+        FilterInputError: not a real number, not finite, or out of range: "time_step is nan: it must be finite and at least 0".
     """
     number = _real(value)
     low, high = -math.inf if least is None else least, math.inf if most is None else most
     if math.isfinite(number) and low <= number <= high:
         return number
     allowed = "finite" if least is None else f"finite and at least {least:g}" if most is None else f"from {least:g} to {most:g}"
-    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}")
+    raise FilterInputError(f"{name} is {_shown(value)}: it must be {allowed}")
 
 
 def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
     """Returns the value as a finite `float` above 0 and at most `most` (None: no bound); `note` as in `check_whole_number`.
 
     Raises:
-        FilterInputError: not a real number, not finite, or out of range: "detail_size 0.0 is not finite and above 0".
+        FilterInputError: not a real number, not finite, or out of range: "detail_size is 0.0: it must be finite and above 0".
     """
     number = _real(value)
     if 0.0 < number < math.inf and (most is None or number <= most):
         return number
     allowed = "finite and above 0" if most is None else f"above 0 and at most {most:g}"
-    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
+    raise FilterInputError(f"{name} is {_shown(value)}: it must be {allowed}{note}")
 
 
 def check_choice(name: str, value: object, allowed: Any) -> None:
-    """Refuses a value that is not one of the allowed names, which are a `Literal` type or a sequence.
+    """Refuses a value that is not one of the allowed names, given as a `Literal` type or as a sequence.
 
     Raises:
         FilterInputError: another name, or not a string: "border 'open' is not one of 'fixed', 'along', 'free'".

@@ -19,14 +19,14 @@ from .compilation import allowed_threads, set_threads, single_thread
 Progress = Callable[[float], None]
 #: Kernels on fewer vertices run on one thread, since waking other threads would cost more than it saves.
 SERIAL_BELOW = 20_000
-#: Parts for each thread of a loop over a large mesh, so that no thread waits long for another.
+#: The number of parts per thread in a loop over a large mesh: with many parts no thread waits long for another.
 _PARTS = 8
-#: The smallest part, as a share of `SERIAL_BELOW`. It is large because several threads often call such loops already.
+#: The size of the smallest part, as a share of `SERIAL_BELOW`: large, because several threads often call such loops at once.
 _LEAST_PART = 0.625
 T = TypeVar("T")
 #: Seconds between two progress reports during a long task, so that the caller can stop the work.
 _POLL = 0.1
-#: Rows of a block.
+#: The number of rows of a block.
 _BLOCK = 1 << 16
 
 
@@ -40,7 +40,7 @@ def part_of(progress: Progress, start: float, stop: float) -> Progress:
 
 
 def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progress:
-    """Returns the progress of `part_of`, which never reports less than before, for work that may restart."""
+    """Returns a progress function like that of `part_of`, but the reported share never falls, even if the work restarts."""
     furthest = 0.0
 
     def report(share: float) -> None:
@@ -66,8 +66,8 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
     """Calls ``work(*task)`` for each task, on as many threads as numba may use. Each task must write to memory of its own.
 
     The threads are Python threads, and kernels release the GIL. A free thread takes the next task. Several threads of a program
-    may call this at once; numba's own pool crashes then on some platforms. `progress` is called after each task and during long
-    ones; if it raises, the remaining tasks are dropped.
+    may call this at once; numba's own pool would crash on some platforms. `progress` is called after each task and during long
+    tasks; if it raises, the remaining tasks are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -85,8 +85,8 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
 def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
     """Calls ``kernel(*arguments, first, last)`` for ranges that cover 0 to `count`, on several threads if `count` is large.
 
-    The kernel must release the GIL and write the results of each element (vertex or face) from `first` to before `last` to memory
-    of its own. The calling thread works too, so that a call ends even if all threads of the pool are busy.
+    A range has the elements (vertices or faces) from `first` to `last` - 1. The kernel must release the GIL, and write results of
+    each element to memory of its own. The calling thread works too: a call ends even if all threads of the pool are busy.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1
@@ -122,8 +122,8 @@ def _pool_of(process: int) -> ThreadPoolExecutor:
 def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     """Returns the result of `work`, which runs in a separate thread and must release the GIL.
 
-    Meanwhile `progress` is called ten times a second with the share `done` before. If it raises, the thread is abandoned: it ends
-    when `work` returns, and the result is dropped.
+    Meanwhile `progress` is called ten times a second with `done`, the finished share before `work`. If `progress` raises, the
+    thread is abandoned: it ends when `work` returns, and the result is dropped.
     """
     future: Future[T] = Future()
     threads = allowed_threads()

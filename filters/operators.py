@@ -44,7 +44,7 @@ SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
 #: A mesh needs the robust operator if the doubled area of a triangle is below this share of its summed squared edges: cotangents
 #: then make the spectrum so wide that the rounding of the highest eigenvalues hides the lowest ones.
 _SLIVER = 1e-5
-#: Edges are lengthened intrinsically where a triangle is degenerate to within this share of the mean edge.
+#: Intrinsic mollification lengthens all edges until each triangle inequality holds by this share of the mean edge [sharp2020].
 _MOLLIFIED = 1e-5
 #: The number of neighbours in the triangulation around a point of a cloud.
 _NEIGHBOURS = 30
@@ -58,14 +58,14 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: An edge shorter than this share of the mean edge gets the weight of that length, which keeps weights finite. 32-bit coordinates
-#: do not resolve shorter edges.
+#: An edge shorter than this share of the mean edge gets the weight of an edge of that length: weights stay finite. 32-bit
+#: coordinates do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
 #: A triangle whose doubled area is below this share of its summed squared edges gets that area in the cotangents, which keeps
 #: them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
-# Up to this many ends are compared pair by pair, which takes quadratic time; more are sorted.
+# At a vertex, up to this number of ends of edges are compared pair by pair, which takes quadratic time; more ends are sorted.
 _FEW = 48
 # The number of vertices of a block; each block has one hash table.
 _BLOCK = 1024
@@ -102,7 +102,7 @@ class Laplacian:
     def spectral_bound(self) -> float:
         """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii.
 
-        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of the truth.
+        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of the eigenvalue.
         """
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
@@ -130,7 +130,7 @@ def row_starts(starts: Longs) -> Ints | Longs:
 
 
 def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sparse.csr_matrix:
-    """Returns the (n, n) matrix; the columns of each row must ascend without repetition."""
+    """Returns the (n, n) matrix with these rows; the columns of each row must ascend without repetition."""
     n = len(starts) - 1
     matrix = sparse.csr_matrix((data, columns, starts), shape=(n, n))
     matrix.has_sorted_indices = True
@@ -172,7 +172,7 @@ def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
 def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacian:
     """L p_i = sum_j w_ij (p_j - p_i) / sum_j w_ij with w_ij = 1 / |p_j - p_i|; mass sum_j w_ij [desbrun1999].
 
-    A straight polyline keeps its vertices, however unevenly they lie. The eigenvalues lie in [-2, 0], so a step of up to 1 is
+    The vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1 is
     stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
     """
     rings = one_rings(faces_or_edges, len(vertices))
@@ -216,8 +216,8 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 
     If no weight is negative, L p_i is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative. The
     sum of the w_ij then stays positive but may be small: dividing by it would amplify some modes at any step. Divided by the sum
-    of |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a closed surface. A
-    flat mesh still keeps its interior vertices.
+    of |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a closed surface.
+    The interior vertices of a flat mesh still stay.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sizes = abs(stiffness)
@@ -230,8 +230,8 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
     L p is the mean curvature vector 2 H n. On a sphere it points inwards and tends to -2 p / r^2. On subdivided icosahedra of
     edge length h the error is of the order h at the worst vertices, h^1.4 in the mean square, and 0 at the vertices of valence 5,
-    whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at these on every level. The unit of L is one
-    over a squared length, so a step counts in squared mesh units.
+    whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at these vertices on every level. The unit
+    of L is one over a squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))
     stiffness = _assembled(vertices, faces, areas)
@@ -240,7 +240,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
 
 def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
-    """Assembles the stiffness; also fills the areas of the mesh scaled to ordinary size, unless `areas` is empty."""
+    """Assembles the stiffness; also fills `areas` for the mesh after `scaled_to_unit`, unless `areas` is empty."""
     n = len(vertices)
     points, _ = scaled_to_unit(vertices)
     end_offsets, ends = ring_ends(faces, n)
@@ -267,7 +267,7 @@ def halved_cotangents(
 
 @compiled(parallel=True)
 def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
-    """Writes the number of entries of every row, the neighbours and the diagonal, to ``sizes[i + 1]``."""
+    """Writes the number of entries of every row (neighbours and diagonal) to ``sizes[i + 1]``."""
     n = end_offsets.shape[0] - 1
     for block in prange(-(-n // _BLOCK)):
         seen, owner = np.full(SLOTS, -1, dtype=np.int32), np.full(SLOTS, -1, dtype=np.int32)
@@ -284,7 +284,7 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
 
 @compiled(parallel=True)
 def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
-    """Writes the ascending columns and the values of every row, from ``starts[i]`` on; and the areas, unless `areas` is empty."""
+    """Writes the ascending columns and the values of row i from ``starts[i]`` on, and the areas unless `areas` is empty."""
     for i in prange(end_offsets.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
         _write_columns(i, ends, end_offsets[i], end_offsets[i + 1], columns, first)
@@ -343,8 +343,8 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    On a thin cap the cross products at the three corners differ by rounding errors, which are large against its height. Only
-    one area for all three cotangents keeps the stiffness semidefinite.
+    On a thin cap the cross products at the three corners differ by rounding errors, which are large compared with its height.
+    Only one area for all three cotangents keeps the stiffness semidefinite.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)
@@ -360,7 +360,7 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
 
 
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
-    """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
+    """(n,) the mixed Voronoi area of each vertex; these areas add up to the area of the mesh [meyer2003].
 
     In a triangle without an obtuse angle each corner gets the area of the points nearest to it. Otherwise the obtuse corner gets
     half of the triangle and each other corner a quarter. A triangle without area contributes nothing.
@@ -507,8 +507,8 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     places, place_of, together = np.unique(points, axis=0, return_inverse=True, return_counts=True)
     if len(places) <= _NEIGHBOURS:
         raise FilterInputError(
-            f"a point cloud of {len(places)} points in different places has no {_NEIGHBOURS} neighbours for each: it needs at "
-            f"least {_NEIGHBOURS + 1}"
+            f"a point cloud of {len(places)} distinct points has fewer than {_NEIGHBOURS} neighbours for each point: "
+            f"the operator needs at least {_NEIGHBOURS + 1} such points"
         )
     if len(places) == n:
         places, place_of = points, np.arange(n)
@@ -531,7 +531,7 @@ def _centred_and_scaled(points: Floats) -> tuple[Floats, float]:
 
 
 def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
-    """Transfers the library's operator from k points to n vertices, by the shares in the (k, n) matrix `spread`."""
+    """Transfers the library's operator from k points to n vertices; `spread`, (k, n), has each vertex's share of a point."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():

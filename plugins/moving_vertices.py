@@ -35,11 +35,11 @@ Selected: TypeAlias = Annotated[
 Border: TypeAlias = Annotated[
     BorderPolicy,
     Enum(
-        help="How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours on "
-        "the border; 'free' move like any other vertex, so that borders recede."
+        help="How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only their "
+        "neighbours on the border. 'free': they move like any other vertex, so that borders recede."
     ),
 ]
-Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More are smoother and slower.")]
+Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(
@@ -47,7 +47,7 @@ DETAIL_SIZE = Percentage(
     automatic=-1,
     help=_WAVES + "'auto' takes the size with the least expected slope error. Not used if another parameter gives the amount.",
 )
-SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For 'implicit' with 'inverse_length'.")
+SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 
 
 def no_amount(other: str) -> FilterInputError:
@@ -56,7 +56,7 @@ def no_amount(other: str) -> FilterInputError:
 
 
 class Smoothed(NamedTuple):
-    """The (n, 3) smoothed vertices, the amount of smoothing, 0 for none, and the report on the choice of the amount."""
+    """The (n, 3) smoothed vertices, the amount of smoothing (0: none), and the report on the choice of the amount."""
 
     vertices: Floats
     amount: float
@@ -71,7 +71,7 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`. Below 0, for "auto", `chosen_amount` takes the best of `tried`, and no additional faces fold.
+    """Smooths by `amount`. If it is below 0 ("auto"), `chosen_amount` takes the best of `tried`, and no additional face folds.
 
     `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
     """
@@ -144,6 +144,6 @@ def displacement(before: Floats, after: Floats) -> dict[str, float]:
 def irregular_note(count: int) -> str:
     """The note on vertices that were smoothed by connectivity alone."""
     return (
-        f"The triangles around {count:,} vertices are so uneven that weights by angles and areas would throw some vertices out: "
-        "these parts were smoothed by connectivity alone. Better triangles (Tangential Smoothing, remeshing) improve the surface."
+        f"The triangles around {count:,} vertices are so uneven that weights by angles and areas would move some vertices far "
+        "off: connectivity alone smoothed these parts. Better triangles (Tangential Smoothing, remeshing) improve the surface."
     )

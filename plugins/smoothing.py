@@ -310,7 +310,7 @@ def apply_scalar_anisotropic_diffusion_per_vertex(
 def apply_color_anisotropic_diffusion_per_vertex(
     layer: Layer, *, parameters: Diffusion, progress: Progress = ignore_progress
 ) -> Edit:
-    """Smooths the vertex colours over the mesh and keeps their edges (jumps), the same for red, green and blue. Opacity stays.
+    """Smooths the vertex colours over the mesh and keeps their edges (jumps): red, green and blue alike. Opacity stays.
 
     Args:
         range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white differ

@@ -201,7 +201,7 @@ _unpickled: dict[int, Any] = {}
 
 @ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
 def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands for a function in C
-    """Unpickles a constant of machine code, a class or the arguments of an exception, once."""
+    """Unpickles a constant of machine code (a class, or the arguments of an exception), once."""
     if data not in _unpickled:
         _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
     return _unpickled[data]

@@ -1,6 +1,6 @@
 """Denoising by rounds of two steps: filters the face normals, then fits the vertices to them.
 
-The guided filter compares a face with its guide normal: the mean normal of the most uniform patch with this face [zhang2015].
+The guided filter compares a face with its guide normal: the mean normal of the most uniform patch that contains it [zhang2015].
 The filter of vertex normals is here for comparison only, since vertex normals average across creases [yadav2021].
 """
 
@@ -27,7 +27,7 @@ from .vertex_update import VertexUpdate, fit_vertices
 _EPSILON = 1e-9
 # After a round the corners of newly folded faces move back. This may fold other faces, so the test is repeated this many times.
 _FOLD_TESTS = 2
-# The rings of faces on which the guide normals depend.
+# The number of rings of faces around a face on which its guide normal depends.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
 # The bounding box to use for points that are normalised already: normalising them again then changes no bit.
 _AS_THEY_ARE = Whole(np.full(3, -0.25), np.full(3, 0.25))
@@ -48,25 +48,25 @@ def normal_filtering(
     """Filters the face normals and fits the vertices to them, `outer_iterations` times.
 
     Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
-    [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations of one pass keep
-    features better, since each pass then starts from normals of an actual surface.
+    [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations with one pass
+    each keep features better, since each pass then starts from normals of an actual surface.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        vertex_iterations: vertex steps in each outer iteration. More fit the normals more closely, including their errors.
-        outer_iterations: number of rounds. More are smoother.
+        vertex_iterations: vertex steps in each outer iteration. More steps fit the normals, and their errors, more closely.
+        outer_iterations: number of rounds. More rounds give a smoother mesh.
         vertex_update: method of the fit; see `VertexUpdate`.
         border: "fixed": border vertices stay. "along": they move along the mean normal of their faces only, so that the outline
-            seen from above stays. "free": they move like any other.
+            seen along that normal stays. "free": they move like any other vertex.
         movable: (n,) bool, which vertices may move, None for all. Faces of fixed vertices still count.
         progress: called after every pass and every fit; may raise to stop.
-        **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Its
-            `normal_iterations` count the passes of one outer iteration. Its distances are measured anew in every outer iteration.
+        **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Each outer
+            iteration has `normal_iterations` passes, and measures the unit of `space_sigma` anew.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, or on a fixed border. Deterministic, for
-        any number of threads.
+        (n, 3) float64, the same for any number of threads. Vertices that do not move keep every bit: unused, not `movable`, or on
+        a fixed border.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -101,9 +101,9 @@ def normal_filtering(
 def filter_face_normals(
     vertices: ArrayLike, faces: ArrayLike, *, progress: Progress = ignore_progress, **normal_filter: Any
 ) -> Floats:
-    """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as of `normal_filtering`.
+    """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as in `normal_filtering`.
 
-    A face without area gets the normal of its surroundings, or 0 without neighbours.
+    A face without area gets the normal of its surroundings, or 0 if it has no neighbours.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -138,7 +138,7 @@ def rounds(
 ) -> Iterator[Floats]:
     """Yields the points after each round of `normal_filtering`, without end, or nothing if no point may move.
 
-    The mesh is in the order of `adjacency`; `progress` gets the share of a round. If a round would fold a face, its corners stay.
+    The mesh is in the order of `adjacency`. `progress` gets the share of finished passes. If a face would fold, its corners stay.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -177,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """The passes of a filter of face normals, in the order of `adjacency`; a part needs the `distance` of the whole mesh."""
+    """The passes of a filter of face normals, in the order of `adjacency`; a part of a mesh needs the whole mesh's `distance`."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -220,11 +220,11 @@ class NormalPasses:
 
 
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns (m, 3) the guide normal of each face: the area-weighted mean of the most uniform patch that contains the face.
+    """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch that contains it.
 
     The patch of a face is the face with its neighbours in `patches` ("vertex"). A patch is uniform if H = D R is small. D is the
-    largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge, divided by the sum over
-    all inner edges: near 1 if one edge has the whole bend, small if the bend is spread.
+    largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge, divided by their sum
+    over all inner edges: near 1 if one edge has the whole bend, small if many edges share it.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
@@ -280,7 +280,7 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         best = np.int32(i)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
-            # Among equal measures, as on exact planes, the patch of i itself wins, then that of the face with the lowest number.
+            # Among equal measures, as on exact planes, the patch of face i wins, else the patch of the lowest face number.
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
@@ -299,7 +299,7 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
 
 
 def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """Returns (n, 8) a table as of `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
+    """Returns (n, 8) a table as in `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
     rows = np.zeros((len(vertices), 8))
     rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
     rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
@@ -320,7 +320,7 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
 
 
 def needs_distance(settings: NormalFilter) -> bool:
-    """Whether a round needs the mean distance of face centres of the whole mesh."""
+    """Whether a round needs the mean distance between the centres of adjacent faces of the whole mesh."""
     return settings.method in ("bilateral", "averaged", "guided") and settings.space_kernel != "constant"
 
 
@@ -337,8 +337,8 @@ def round_of_part(
     """Returns (n, 3) the points of a part of a mesh after one round of `normal_filtering`.
 
     Points with `rings_of_round` rings around them get the same bits as in a run on the whole mesh. Points and faces are in the
-    order of the whole mesh, and the points are normalised with its bounding box. `distance` is the mean distance of face centres
-    in the whole mesh, if `needs_distance`.
+    order of the whole mesh, and the points are normalised with its bounding box. `distance` is the mean distance between the
+    centres of adjacent faces in the whole mesh; it matters only if `needs_distance`.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     adjacency = Adjacency.of(mesh)
@@ -351,9 +351,9 @@ def round_of_part(
 
 
 def distances_of_part(points: Floats, faces: Ints, counted: Bools) -> tuple[list[float], int]:
-    """Returns the exact sum of the centre distances of edge neighbours, as a list of numbers, and the number of distances.
+    """Returns numbers that add up exactly to the sum of the centre distances of edge neighbours, and the number of distances.
 
-    The sum has the faces of a part in the mask `counted`, which need two rings of faces around them; the points are normalised.
+    The sum is over the faces in the mask `counted`; each needs two rings of faces around it. The points are normalised.
     One `math.fsum` over the lists of all parts gives the sum of the whole mesh, rounded once.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)

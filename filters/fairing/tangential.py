@@ -37,9 +37,9 @@ _TURNED = 2.0 * math.sin(math.radians(12.5))
 # The least cosine between the normal of a moved triangle and its former normal, or the normal of the surface below it. After a
 # flip: between the normals of a new and an old triangle, or of the two new triangles.
 _LEAST_COSINE = 0.25
-# The most passes of flips. Each raises the mean quality; after this many the gain is negligible.
+# The largest number of passes of flips. Each pass raises the mean quality; after this number the gain is negligible.
 _FLIP_PASSES = 50
-# The least gain of a flip, far above rounding, so that flips do not undo each other forever.
+# The least gain of quality by a flip, far above rounding, so that flips do not undo each other forever.
 _LEAST_GAIN = 1e-6
 
 
@@ -63,19 +63,19 @@ def tangential_smoothing(
     triangle or bring the middle of an edge or the centroid of a triangle farther from the input than allowed.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
-    Flipping edges before each step does [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,
+    Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,
     its orientation and its topology stay.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        weight: w, above 0, without unit. Larger moves less in each iteration.
-        iterations: number of steps. More are better triangles, up to a point.
-        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units. Larger allows
-            better triangles on curved parts and at sharp edges. None: 5 % of the mean edge. Vertices stay on the input.
+        weight: w, above 0, without unit. With a larger weight vertices move less in each iteration.
+        iterations: number of steps. More steps give better triangles, up to a point.
+        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units. A larger one
+            allows better triangles on curved parts and at sharp edges. None: 5 % of the mean edge. Vertices stay on the input.
         flip_edges: whether edges are flipped too; all four vertices of their two triangles must be movable.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
-        progress: called with the share that is done; may raise to stop.
+        progress: called with the finished share; may raise to stop.
 
     Returns:
         (n, 3) float64, where fixed vertices keep every bit; and the (m, 3) triangles, where those without a flip keep their row.
@@ -180,7 +180,7 @@ class KeptSurface:
         return tentative
 
     def _folded_or_far(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which checked faces turn too far from their normal `before` or from that of the surface, or lie too far off."""
+        """(k,) which checked faces turn too far from their normal `before` or the surface's normal, or lie too far away."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
@@ -214,11 +214,11 @@ def flip_towards_quality(
     """Flips each edge whose flip raises the sum of the qualities of the two triangles and does not lower the smaller quality
     [lawson1977].
 
-    The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
+    The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
     for slivers. So every flip raises the mean quality of the mesh, and the lowest quality does not fall. A flip is refused if the
-    normal of a new triangle would be more than 75 degrees from that of an old one or of the other new one; if the new edge exists
-    already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the surface
-    than allowed. Edges without exactly two faces stay, and so do edges whose faces have opposite orientations. Vertices do not
+    normal of a new triangle would be more than 75 degrees from the normal of an old or the other new triangle; if the new edge
+    exists already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the
+    surface than allowed. Edges without exactly two faces, or whose faces have opposite orientations, stay. Vertices do not
     move.
 
     The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)

@@ -1,4 +1,4 @@
-"""Triangulation, the first step of hole filling [liepa2003]: joins a rim and its islands to one polygon, and triangulates it."""
+"""First step of hole filling [liepa2003]: joins a rim and its islands (loops within it) to one polygon, and triangulates it."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -14,17 +14,17 @@ from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import BoundaryLoop
 
-#: A rim with more vertices is first cut in two by a short chord: time grows with the cube of this number, memory with the square.
+#: A rim with more vertices is first cut in two by a chord, as time grows with the cube of their number, memory with the square.
 LARGEST_WHOLE = 300
 # A triangle whose doubled area is below this share of its summed squared edges is degenerate.
 _THINNEST = 1e-7
-# Values of 1 - cos that differ by less count as equal, so that area decides ties, not rounding.
+# Values of 1 - cos that differ by less than this count as equal, so that area decides ties, not rounding.
 _SAME = 1e-9
 # Areas that differ by less than this share count as equal: the rounding error of a sum of some hundred areas.
 _SAME_AREA = 1e-12
 #: The number of triangles around a chord that are triangulated again together.
 WINDOW = 120
-# The most attempts to triangulate a polygon without doubled diagonals.
+# The largest number of attempts to triangulate a polygon without two diagonals between the same two vertices.
 _MOST_TRIES = 20
 
 
@@ -70,7 +70,7 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """Joins the islands to the rim, the nearest first, each by the shortest cut to the polygon so far; `opposite` is -1 at cuts.
 
-    A vertex is several corners if a cut ends there, or if it alone holds a part of the surface. The polygon starts after
+    A vertex is several corners if a cut ends there, or if it is the only link to a part of the surface. The polygon starts after
     the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
@@ -95,7 +95,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """The pairs of corners that mesh edges join, except sides of the polygon; `neighbours` has a list for each vertex."""
+    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` lists the neighbours of distinct vertices."""
     k = len(corners)
     distinct, index = np.unique(corners, return_inverse=True)
     n = len(distinct)
@@ -125,7 +125,7 @@ def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPai
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two corners at the same vertex both have a diagonal to another vertex: forbid the second one.
+        # Two corners at the same vertex both have a diagonal to another vertex: forbid the second diagonal.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 
@@ -144,20 +144,20 @@ def triangulate_rim(
 ) -> Ints | None:
     """Triangulates a rim so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
-    A rim of more than `LARGEST_WHOLE` vertices is cut in two, repeatedly, by its shortest chord relative to the length of rim
-    between the ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the triangles
+    A rim of more than `LARGEST_WHOLE` vertices is cut in two, repeatedly, by the chord that is shortest relative to the length of
+    rim between its ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the triangles
     around each chord are triangulated again, so that the chord need not stay an edge; this never makes the result worse.
 
-    (k, 3) `points` are the rim vertices in the direction of the new faces. (k, 3) `opposite` are the third vertices of the mesh
-    faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if every
-    triangulation has degenerate triangles or `forbidden` diagonals.
+    (k, 3) `points` are the rim vertices in the order in which the new faces pass them. (k, 3) `opposite` are the third vertices
+    of the mesh faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if
+    every triangulation has degenerate triangles or `forbidden` diagonals.
     """
     n = len(points)
     centre = points.mean(axis=0)
     size = float(np.abs(points - centre).max())
     if n < 3 or not size > 0.0:
         return None
-    # Products of four lengths stay in range in any unit.
+    # After the scaling, products of four lengths stay in range in any unit.
     points, opposite = (points - centre) / size, (opposite - centre) / size
     parts = [np.arange(n, dtype=np.int32)]
     rim = RimTriangles(points, opposite, forbidden, np.empty((n - 2, 3), dtype=np.int32), {})
@@ -218,7 +218,7 @@ def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
     The `WINDOW` nearest triangles, counted in edge crossings, form a polygon, since the dual graph of a triangulated polygon is
-    a tree. Its `minimal_triangulation` replaces them if its (largest dihedral angle, area) is smaller.
+    a tree. The `minimal_triangulation` of the polygon replaces them if its (largest dihedral angle, area) is smaller.
     """
     if chord not in rim.holder:
         return  # no longer an edge
@@ -268,7 +268,7 @@ def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, flo
 
 @compiled
 def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
-    """The shortest diagonal relative to the shorter part of the rim between its ends; (-1, -1) if all are forbidden.
+    """The diagonal that is shortest relative to the shorter part of the rim between its ends; (-1, -1) if all are forbidden.
 
     Each of the two parts has at least a quarter of the edges.
     """
@@ -290,7 +290,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools) ->
     """Triangulates a closed polygon so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
     Dynamic programming in O(k^3): the best triangulation of the part from i to j is the triangle (i, m, j) and the best
-    triangulations from i to m and from m to j, for the best vertex m between. Dihedral angles at the sides count too. Arguments
+    triangulations from i to m and from m to j, for the best m between i and j. Dihedral angles at the sides count too. Arguments
     as for `triangulate_rim`, except that `forbidden` is (k, k) and the coordinates are scaled to the order of 1.
     """
     n = len(points)

@@ -15,21 +15,21 @@ from ..mesh import Floats, Ints, Longs, check_mesh
 from .surface import NearestPlaces, Surface
 
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
-#: "vertex" if both have the same number of vertices and the same faces, at least one; else "surface".
+#: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The number of samples on a surface; a surface with more faces has one on each face.
+#: The number of samples on a surface; a surface with more faces has at least one sample on each face.
 SAMPLES = 100_000
 #: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
-#: The number of samples for an alignment, and the share of them that it uses, the nearest: scans may overlap only in part.
+#: The number of samples for an alignment, and the share of them that it uses: the nearest, as scans may overlap only in part.
 _ALIGNED, _TRUSTED = 20_000, 0.8
-#: The most iterations of an alignment, and the step size at which it ends, as a share of the size of the surface.
+#: The largest number of iterations of an alignment, and the step size at which it ends, as a share of the size of the surface.
 _ITERATIONS, _SMALLEST = 200, 3e-6
-#: Two walls are opposite if the angle between their normals is at least this, in radians; faces at a right-angled edge are not.
+#: Two walls are opposite if the angle between their normals is at least this, in radians; those at a right-angled edge are not.
 LEAST_ANGLE = 2.0 * np.pi / 3.0
-#: The most balls that are tried at a place, and the relative rounding error of a radius.
+#: The largest number of balls that are tried at a place, and the relative rounding error of a radius.
 _BALLS, _SAME = 30, 1e-9
-#: The search for the largest distance ends when no place can be further than the furthest one found by more than this factor.
+#: The search for the largest distance ends when this factor times the largest distance found is an upper bound of all distances.
 _PROVEN = 1.01
 #: The steps of the R2 sequence, which fills a square very evenly: 1 / g and 1 / g^2 with g^3 = g + 1 [roberts2018].
 _STEPS = (0.7548776662466927, 0.5698402909980532)
@@ -41,10 +41,10 @@ class Displacement:
 
     vectors: Floats  # (n, 3) from the counterpart to the vertex, in mesh units
     distances: Floats  # (n,) the lengths of the vectors
-    # (n,) positive outside the reference: `by_vertex` the component of the vector along the reference normal, which is 0 for
-    # tangential motion; otherwise the distance, negative inside
+    # (n,) if `by_vertex`, the component of the vector along the reference normal, which is 0 for tangential motion; otherwise
+    # the distance, positive outside the reference and negative inside
     signed: Floats
-    by_vertex: bool  # whether vertex i was compared with vertex i
+    by_vertex: bool  # whether vertex i was compared with vertex i of the reference
 
 
 def displacement(
@@ -61,7 +61,7 @@ def displacement(
     The faces of the mesh matter only for the correspondence.
 
     Raises:
-        FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
+        FilterInputError: not a mesh, an empty reference, or "vertex" with different numbers of vertices.
     """
     check_choice("correspondence", correspondence, Correspondence)
     points, triangles = check_mesh(vertices, faces)
@@ -85,8 +85,8 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """Returns the faces of about `count` samples, ascending, and the area that each sample represents.
 
-    The number of samples on a face is in proportion to its area, at least one; a mesh with many faces has more than `count`.
-    Area-weighted means are at least as accurate as with random samples of the same number. A cloud has its vertices as samples.
+    The number of samples on a face is in proportion to its area, at least one: more than `count` faces have more samples.
+    Area-weighted means are at least as accurate as with equally many random samples. A cloud has its vertices as samples.
     """
     if not len(faces):
         return np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices))
@@ -121,7 +121,7 @@ class DistanceStatistics:
     mean_size: float  # mean absolute distance
     rms: float  # root mean square distance
     standard_deviation: float  # of the signed distances
-    percentiles: dict[str, float]  # of the absolute distances, by the percentages "50", "90", "95", "99" of the area
+    percentiles: dict[str, float]  # absolute distances that "50", "90", "95" and "99" % of the area do not exceed
     within: float | None  # the share of the area within the tolerance; None without a tolerance
     mean_error: float  # the sampling error of `mean`
     mean_size_error: float  # the sampling error of `mean_size`
@@ -133,14 +133,14 @@ class DistanceStatistics:
 class SurfaceDistance:
     """The distances of the samples and the vertices of a surface from another surface."""
 
-    faces: Ints  # (k,) the face of each sample, the `samples` of `sample_places`; in a cloud the vertex
+    faces: Ints  # (k,) the face of each sample, as `samples` in `sample_places`; for a cloud the vertex of each sample
     weights: Floats  # (k,) the share of the area that each sample represents; the sum is 1
     distances: Floats  # (k,) the signed distance of each sample, positive outside the other surface
-    elements: Ints  # (k,) the nearest face of the other surface
+    elements: Ints  # (k,) the face of the other surface that is nearest to each sample
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
-    furthest: Floats  # (3,) its place
-    at_most: float  # an upper bound of all absolute distances; at most 1 % above `largest` unless the search was too long
+    furthest: Floats  # (3,) the place with the distance `largest`
+    at_most: float  # an upper bound of all absolute distances; within 1 % of `largest` except after long searches or for clouds
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
         """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
@@ -173,7 +173,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measures the distance of a mesh or a cloud from a surface: by `count` samples, at least one on each face, or by all points.
+    """Measures distances from a surface: at about `count` samples of a mesh, at least one on each face, or at all cloud points.
 
     Raises:
         FilterInputError: not a mesh.
@@ -201,7 +201,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
-    """Finds the largest distance, its place, and an upper bound: quarters faces until no part may have a larger distance."""
+    """Finds the largest distance, its place, and an upper bound: quarters parts with bounds over `_PROVEN` times the largest."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
@@ -280,7 +280,7 @@ class Alignment:
 
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
-    """Aligns a mesh or a cloud, at most a few degrees off, to a surface with faces by point-to-plane ICP [chen1992]."""
+    """Aligns a mesh or a cloud, rotated by at most a few degrees, to a surface with faces by point-to-plane ICP [chen1992]."""
     middle = vertices.mean(axis=0)
     local = vertices - middle
     face_of_sample, _ = face_samples(local, faces, _ALIGNED)
@@ -316,7 +316,7 @@ class Thickness(NamedTuple):
     areas: Floats  # (k,) the area that each place represents
 
     def below(self, share: float) -> float:
-        """Returns the quantile of the finite values, weighted by area; infinite if no value is finite."""
+        """Returns the quantile `share` of the finite values, weighted by area; infinite if no value is finite."""
         order = np.argsort(self.values)
         reached = np.cumsum(self.areas[order]) >= share * self.areas[np.isfinite(self.values)].sum()
         return float(self.values[order][reached.argmax()])
@@ -325,10 +325,10 @@ class Thickness(NamedTuple):
 def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000) -> Thickness:
     """Measures the thickness of the body inside a closed surface by shrinking balls, at places spread evenly over it [ma2012].
 
-    The first ball touches the place p with normal n and has the size of the bounding box; its centre is c = p - r n. While a
-    place q of the surface is nearer to c than r, the ball that touches p and q replaces it, r = |p - q|^2 / (2 n . (p - q)). The
-    thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`), so that it is right near
-    edges too. The faces, at least one, look outwards. There are about `count` places, at most twice as many.
+    The first ball touches the place p with normal n; its radius r is the diagonal of the bounding box, its centre c = p - r n.
+    While the surface has a place q nearer to c than r, a ball through p and q replaces the ball, r = |p - q|^2 / (2 n . (p - q)).
+    The thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`); so it is right near edges,
+    too. The mesh needs at least one face, and all faces must look outwards. There are about `count` places, at most 2 `count`.
 
     Raises:
         FilterInputError: not a mesh.

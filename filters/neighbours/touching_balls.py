@@ -6,10 +6,10 @@ from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Floats
 
-#: A ball counts if the angle between its two contacts, seen from its centre, is at least this large, in radians: the contacts are
-#: on two sides. Smaller angles are due to the curvature or the noise of one side.
+#: A ball counts if the angle between its two contacts, seen from its centre, is at least this large, in radians: then the
+#: contacts lie on two sides of the body. Smaller angles are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
-_MOST_STEPS = 30  # of the search
+_MOST_STEPS = 30  # the search for the balls ends after this number of steps
 _SAME = 1e-6  # a point counts as inside a ball if it is nearer to the centre by more than this share of the radius
 
 
@@ -18,16 +18,16 @@ def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress
 
     The search starts with the largest allowed ball at the point p with normal n; its centre is p - r n. While another point q
     lies in the ball, a smaller ball through p and q replaces it, of radius r = |p - q|^2 / (2 n . (p - q)). The result is the
-    last of these balls whose centre sees p and q at least `LEAST_ANGLE` apart.
+    last of these balls whose centre sees p and q at least `LEAST_ANGLE` apart, or else the first ball.
 
     Args:
         points: (n, 3) samples of the surface.
         normals: (n, 3) unit normals; a point with the normal 0 gets its largest ball.
-        largest: (n,) the largest radius at each point, from 0. Smaller is faster.
+        largest: (n,) the largest allowed radius at each point, at least 0. Smaller radii make the search faster.
         progress: called in each step with the finished share; may raise to stop.
 
     Returns:
-        (n,) radii, of at most `largest`. Half of the thickness where two sides face each other.
+        (n,) radii, at most `largest`: half of the thickness where two sides face each other.
     """
     radii, current = largest.copy(), largest.copy()
     active = np.flatnonzero((normals != 0.0).any(axis=1) & (radii > 0.0))

@@ -10,10 +10,10 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: The spacing around a point is `_SHARE` of the median spacing of `_AROUND` points, because spacings are up to 1.5 times as large
-#: at borders, with neighbours on one side only, and where points are distributed at random.
+#: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. The factor below 1
+#: allows for borders, where all neighbours lie on one side, and for random points: spacings there are up to 1.5 times as large.
 _AROUND, _SHARE = 20, 2.0 / 3.0
-# A float64 holds whole numbers up to this exactly.
+# All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53
 
 
@@ -21,9 +21,9 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
     """Returns (n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
     The spacing at a point is the mean distance to its six nearest neighbours; the spacing of the cloud is their median. In
-    sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing of the twenty
-    points around the nearest one. Screened Poisson closes every surface by a balloon. If vertices with large gaps are removed,
-    the surface ends where the cloud ends.
+    sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing at the twenty
+    points around the nearest point. Screened Poisson closes a surface also where the cloud has no points. After removal of
+    vertices with large gaps, the surface ends where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.
@@ -43,7 +43,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
 
 
 def cloud_spacings(points: Floats) -> Floats:
-    """Returns (p,) the unit of `gaps` near each of (p, 3) points.
+    """Returns (p,) the spacing around each of (p, 3) points, which is the unit of `gaps`.
 
     Raises:
         FilterInputError: too few points, or half of them coincide.

@@ -205,7 +205,7 @@ RESPONSES: dict[ResponseName, Callable[..., Response]] = {"low_pass": low_pass, 
 
 def cutoff_frequency(name: str, wavelength: float) -> float:
     """Returns 2 pi / wavelength, in radians per unit length; errors name the parameter `name`."""
-    return 2.0 * math.pi / check_positive(name, wavelength, note=": it is a wavelength in mesh units")
+    return 2.0 * math.pi / check_positive(name, wavelength, note="; it is a wavelength in mesh units")
 
 
 def _band(detail_size: float, largest_size: float) -> tuple[float, float]:

@@ -1,9 +1,9 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
 `MeshSet` replaces pymeshlab's class and has more filters. `Recipe` is a chain of filters as an object. `run` cleans a file in a
-separate process and returns a `RunResult`. Every error is a `PymeshfairError`, with the kinds in `errors`. `search` finds filters
-by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. All names of pymeshlab are here too, so
-``import pymeshfair as ml`` can replace ``import pymeshlab as ml``. The import itself loads neither pymeshlab nor numba.
+separate process and returns a `RunResult`. Every error is a `PymeshfairError`; the module `errors` has its subclasses. `search`
+finds filters by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains that filter. All names of pymeshlab
+are here too, so ``import pymeshfair as ml`` can replace ``import pymeshlab as ml``. The import loads neither pymeshlab nor numba.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _from_elsewhere(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-if not TYPE_CHECKING:  # with it a type checker would accept any name
+if not TYPE_CHECKING:  # with `__getattr__` a type checker would accept any name
     __getattr__ = _from_elsewhere
 
 

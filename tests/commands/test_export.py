@@ -159,8 +159,8 @@ TAUBIN = filter_element("apply_coord_taubin_fairing")
 @pytest.mark.parametrize(
     ("elements", "why"),
     [
-        (["<filter name='Delete Selected Faces'/>", TAUBIN], "a step before may open it or select"),
-        (["<filter name='Select Border'/>", TAUBIN], "a step before may open it or select"),
+        (["<filter name='Delete Selected Faces'/>", TAUBIN], "an earlier step may open it or make a selection"),
+        (["<filter name='Select Border'/>", TAUBIN], "an earlier step may open it or make a selection"),
         ([filter_element("apply_coord_taubin_fairing", operator="cotangent")], "cannot run this step"),
         ([filter_element("apply_coord_taubin_fairing", pass_band="0.1")], "cannot run this step"),
         ([filter_element("apply_coord_taubin_fairing", selected="true")], "cannot run this step"),

@@ -136,8 +136,8 @@ def test_progress_is_told() -> None:
     ("options", "message"),
     [
         ({"edge_stop": "l1"}, "edge_stop 'l1' is not one of 'lorentzian', 'gaussian'"),
-        ({"contrast": 0.0}, "contrast 0.0 is not finite and above 0"),
-        ({"step": -0.1}, "step -0.1 is not finite and above 0"),
+        ({"contrast": 0.0}, "contrast is 0.0: it must be finite and above 0"),
+        ({"step": -0.1}, "step is -0.1: it must be finite and above 0"),
         ({"iterations": -1}, "iterations is -1: it must be a whole number"),
         ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
     ],

@@ -252,8 +252,8 @@ def test_progress_is_told() -> None:
     [
         ({"range_kernel": "cauchy"}, "kernel 'cauchy' is not one of 'l2', 'l1'"),
         ({"space_kernel": "box"}, "kernel 'box' is not one of"),
-        ({"range_sigma": -1.0}, "range_sigma -1.0 is not finite and above 0"),
-        ({"space_sigma": math.nan}, "space_sigma nan is not finite"),
+        ({"range_sigma": -1.0}, "range_sigma is -1.0: it must be finite and above 0"),
+        ({"space_sigma": math.nan}, "space_sigma is nan: it must be finite"),
         ({"border": "open"}, "border 'open' is not one of 'fixed'"),
         ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
     ],

@@ -197,7 +197,7 @@ def test_wrong_input_is_refused() -> None:
         bilateral_projection(points, neighbors=60)
     with pytest.raises(FilterInputError, match=r"normals must have the shape \(42, 3\), one per point, got \(40, 3\)"):
         bilateral_projection(points, normals=points[:40])
-    with pytest.raises(FilterInputError, match=r"range_sigma 0\.0 is not finite and above 0"):
+    with pytest.raises(FilterInputError, match=r"range_sigma is 0\.0: it must be finite and above 0"):
         bilateral_projection(points, range_sigma=0.0)
     with pytest.raises(FilterInputError, match="degree is 3: it must be a whole number from 1 to 2"):
         bilateral_projection(points, degree=3)

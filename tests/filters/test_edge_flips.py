@@ -209,5 +209,5 @@ def test_awkward_meshes_end_valid(name: str) -> None:
 
 def test_a_wrong_deviation_is_named() -> None:
     """The message says what came."""
-    with pytest.raises(FilterInputError, match=r"max_deviation -1.0 is not"):
+    with pytest.raises(FilterInputError, match=r"max_deviation is -1.0: it must be"):
         tangential_smoothing(*grid(3, 3), max_deviation=-1.0, flip_edges=True)

@@ -188,8 +188,8 @@ def test_awkward_meshes_end_finite(name: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"detail_size": 0.0}, "detail_size 0.0 is not finite and above 0"),
-        ({"detail_size": -1.0}, "detail_size -1.0"),
+        ({"detail_size": 0.0}, "detail_size is 0.0: it must be finite and above 0"),
+        ({"detail_size": -1.0}, "detail_size is -1.0"),
         ({"detail_size": 1.0, "border": "loose"}, "border 'loose'"),
         ({"detail_size": 1.0, "feature_weights": np.full(25, -1.0)}, "feature_weights must be 25 finite values"),
     ],

@@ -484,7 +484,7 @@ def test_clouds_without_enough_points_or_with_another_operator_are_errors() -> N
     ):
         explicit_smoothing(points, [])
     with pytest.raises(
-        FilterInputError, match=r"a point cloud of 20 points in different places has no 30 neighbours for each: .* at least 31"
+        FilterInputError, match=r"a point cloud of 20 distinct points has fewer than 30 neighbours for each point: .* at least 31"
     ):
         explicit_smoothing(points, [], operator="robust", step=1e-3)
 
@@ -522,14 +522,14 @@ def test_nothing_to_do_returns_a_copy() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"step": 0.0}, "step 0.0 is not above 0 and at most 1, as the operator 'uniform' takes it"),
-        ({"step": 1.01}, "step 1.01 is not above 0 and at most 1"),
+        ({"step": 0.0}, "step is 0.0: it must be above 0 and at most 1, as the operator 'uniform' takes it"),
+        ({"step": 1.01}, "step is 1.01: it must be above 0 and at most 1"),
         (
             {"step": -0.5, "operator": "laplace_beltrami"},
-            "step -0.5 is not finite and above 0, as the operator 'laplace_beltrami'",
+            "step is -0.5: it must be finite and above 0, as the operator 'laplace_beltrami'",
         ),
-        ({"step": float("nan")}, "step nan is not above 0"),
-        ({"step": float("inf"), "operator": "robust"}, "step inf is not finite"),
+        ({"step": float("nan")}, "step is nan: it must be above 0"),
+        ({"step": float("inf"), "operator": "robust"}, "step is inf: it must be finite"),
         ({"iterations": -1}, "iterations is -1: it must be a whole number of at least 0"),
         ({"iterations": 1.5}, "iterations is 1.5"),
         ({"operator": "umbrella"}, "operator 'umbrella' is not one of 'uniform', 'inverse_length'"),

@@ -107,7 +107,7 @@ def test_wrong_arguments_are_named() -> None:
     vertices, faces = grid(3, 3)
     with pytest.raises(FilterInputError, match="feature_angle 0 is not"):
         feature_weights(vertices, faces, feature_angle=0)
-    with pytest.raises(FilterInputError, match="half 0 is not"):
+    with pytest.raises(FilterInputError, match="half is 0: it must be"):
         scalar_feature_weights([1.0], half=0)
     with pytest.raises(FilterInputError, match="values must be finite"):
         scalar_feature_weights([np.nan], half=1)

@@ -616,9 +616,9 @@ def test_progress_runs_from_none_to_all() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"time_step": math.nan}, "time_step nan"),
-        ({"time_step": math.inf}, "time_step inf"),
-        ({"time_step": -1.0}, r"time_step -1\.0 is not finite and at least 0"),
+        ({"time_step": math.nan}, "time_step is nan"),
+        ({"time_step": math.inf}, "time_step is inf"),
+        ({"time_step": -1.0}, r"time_step is -1\.0: it must be finite and at least 0"),
         ({"time_step": 1.0, "iterations": -1}, "iterations is -1"),
         ({"time_step": 1.0, "iterations": 1.5}, r"iterations is 1\.5"),
         ({"time_step": 1.0, "operator": "laplace"}, "operator 'laplace' is not one of 'uniform'"),

@@ -256,7 +256,7 @@ def test_distances_that_differ_beyond_all_measure() -> None:
 @pytest.mark.parametrize("extent", [0.0, -1.0, math.nan, math.inf])
 def test_extent_out_of_bounds(extent: float) -> None:
     """An extent that is not a finite number above 0 is refused with its value."""
-    with pytest.raises(FilterInputError, match=f"^extent {extent} is not finite and above 0"):
+    with pytest.raises(FilterInputError, match=f"^extent is {extent}: it must be finite and above 0"):
         local_outlier_probability(cloud(50, 0), extent=extent)
 
 

@@ -166,7 +166,7 @@ def test_wrong_kernels_and_scales_are_refused() -> None:
     with pytest.raises(FilterInputError, match="kernel 'cauchy' is not one of 'l2', 'l1'"):
         weight("cauchy", 1.0, 1.0)  # type: ignore[arg-type]
     for sigma in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(FilterInputError, match=f"sigma {sigma} is not finite and above 0"):
+        with pytest.raises(FilterInputError, match=f"sigma is {sigma}: it must be finite and above 0"):
             rho("huber", 1.0, sigma)
 
 
@@ -264,7 +264,7 @@ def test_samples_that_define_nothing_are_refused() -> None:
         (lambda: robust_mean([1.0, math.nan]), "x has 1 values that are not finite"),
         (lambda: robust_line([1, 2], [1]), "x has 2 values and y 1"),
         (lambda: robust_line([1, 1], [1, 2]), "all 2 samples are at x = 1"),
-        (lambda: robust_mean([1.0, 2.0], sigma=0.0), "sigma 0.0 is not finite and above 0"),
+        (lambda: robust_mean([1.0, 2.0], sigma=0.0), "sigma is 0.0: it must be finite and above 0"),
     ):
         with pytest.raises(FilterInputError, match=message):
             call()

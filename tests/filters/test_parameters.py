@@ -53,12 +53,12 @@ def test_lengths_are_finite_and_above_0(value: object) -> None:
     """Zero, negative, NaN, infinite, and what is no number: the same words, with the value."""
     with pytest.raises(FilterInputError) as error:
         check_positive("detail_size", value, note="; None takes it from the mesh")
-    assert str(error.value) == f"detail_size {value!r} is not finite and above 0; None takes it from the mesh"
+    assert str(error.value) == f"detail_size is {value!r}: it must be finite and above 0; None takes it from the mesh"
 
 
 def test_an_upper_bound_is_named_and_allowed() -> None:
     """A step above 0 and at most 1 may be 1."""
-    with pytest.raises(FilterInputError, match=r"^step 1\.5 is not above 0 and at most 1$"):
+    with pytest.raises(FilterInputError, match=r"^step is 1\.5: it must be above 0 and at most 1$"):
         check_positive("step", 1.5, most=1.0)
     assert check_positive("step", 1, most=1.0) == 1.0
 
@@ -66,10 +66,10 @@ def test_an_upper_bound_is_named_and_allowed() -> None:
 @pytest.mark.parametrize(
     ("value", "bounds", "message"),
     [
-        (math.nan, {}, "gain nan is not finite"),
-        (-0.5, {"least": 0.0}, "gain -0.5 is not finite and at least 0"),
-        (math.inf, {"least": 0.0}, "gain inf is not finite and at least 0"),
-        (181.0, {"least": 0.0, "most": 180.0}, "gain 181.0 is not from 0 to 180"),
+        (math.nan, {}, "gain is nan: it must be finite"),
+        (-0.5, {"least": 0.0}, "gain is -0.5: it must be finite and at least 0"),
+        (math.inf, {"least": 0.0}, "gain is inf: it must be finite and at least 0"),
+        (181.0, {"least": 0.0, "most": 180.0}, "gain is 181.0: it must be from 0 to 180"),
     ],
 )
 def test_finite_numbers_out_of_range_are_refused(value: float, bounds: dict[str, float], message: str) -> None:

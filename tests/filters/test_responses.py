@@ -74,12 +74,12 @@ def test_a_unit_of_length_changes_nothing(name: str) -> None:
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: low_pass(0.0), "detail_size 0.0"),
-        (lambda: low_pass(math.nan), "detail_size nan"),
+        (lambda: low_pass(0.0), "detail_size is 0.0"),
+        (lambda: low_pass(math.nan), "detail_size is nan"),
         (lambda: low_pass(1.0, order=0), "order is 0: it must be a whole number from 1 to 8"),
         (lambda: band_pass(2.0, 1.0), "largest_size 1.0 is not above detail_size 2.0"),
-        (lambda: enhance(1.0, math.inf), "largest_size inf"),
-        (lambda: enhance(1.0, 2.0, gain=math.inf), "gain inf"),
+        (lambda: enhance(1.0, math.inf), "largest_size is inf"),
+        (lambda: enhance(1.0, 2.0, gain=math.inf), "gain is inf"),
     ],
 )
 def test_wrong_parameters_are_named(call: Callable[[], Response], said: str) -> None:

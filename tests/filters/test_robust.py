@@ -101,6 +101,6 @@ def test_points_on_a_line_are_an_error() -> None:
 def test_a_cloud_needs_more_points_than_neighbours() -> None:
     """30 places, one of them taken by nine points, have no 30 neighbours each: an error that says how many it takes."""
     few = np.random.default_rng(0).random((30, 3))
-    with pytest.raises(FilterInputError, match=r"30 points in different places has no 30 neighbours for each: .* at least 31"):
+    with pytest.raises(FilterInputError, match=r"30 distinct points has fewer than 30 neighbours for each point: .* at least 31"):
         robust_cloud_laplacian(np.concatenate([few, np.repeat(few[:1], 8, axis=0)]))
     assert robust_cloud_laplacian(np.random.default_rng(0).random((31, 3))).mass.sum() > 0

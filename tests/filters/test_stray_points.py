@@ -76,7 +76,7 @@ def test_place_size_and_order_make_no_difference() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"sparseness": 0.5}, "sparseness 0.5 is not finite and at least 1"),
+        ({"sparseness": 0.5}, "sparseness is 0.5: it must be finite and at least 1"),
         ({"smallest_part": 0}, "smallest_part is 0: it must be a whole number of at least 1"),
         ({"neighbors": 4000}, "need a cloud of at least 4001 points"),
     ],

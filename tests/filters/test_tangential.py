@@ -168,9 +168,9 @@ def test_awkward_meshes_end_finite(name: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"weight": 0.0}, "weight 0.0 is not"),
+        ({"weight": 0.0}, "weight is 0.0: it must be"),
         ({"iterations": -1}, "iterations is -1"),
-        ({"max_deviation": -1.0}, "max_deviation -1.0 is not"),
+        ({"max_deviation": -1.0}, "max_deviation is -1.0: it must be"),
     ],
 )
 def test_wrong_arguments_are_named(arguments: dict[str, float], message: str) -> None:

@@ -180,8 +180,8 @@ def test_progress_is_told_after_every_pair() -> None:
     ("options", "message"),
     [
         ({"operator": "robust"}, "operator 'robust' is not one of 'uniform', 'inverse_length', 'cotangent'"),
-        ({"step": 0.0}, "step 0.0 is not finite and above 0"),
-        ({"step": float("nan")}, "step nan is not finite and above 0"),
+        ({"step": 0.0}, "step is 0.0: it must be finite and above 0"),
+        ({"step": float("nan")}, "step is nan: it must be finite and above 0"),
         ({"mu": -0.5}, "mu -0.5 is not below -step, -0.5: the step back must be the longer one, for example -0.53"),
         ({"mu": 0.53}, "mu 0.53 is not below -step"),
         ({"mu": float("nan")}, "mu nan is not below -step"),

@@ -197,7 +197,7 @@ def documents() -> Iterator[Case]:
     yield Case("corner.x3d", x3d(corners="0 1 -2 -1").encode(), "number 3 of the coordIndex.*is -2")
     yield Case("inline.x3d", x3d(more='<Inline url="b.x3d"/>').encode(), "of the type Inline, which leads out")
     yield Case("corner.3mf", three_mf(last=7), "is 7, which is no index into 3 values")
-    yield Case("bomb.3mf", three_mf(model=" " * (1 << 25)), "hold more than 100 times as many")
+    yield Case("bomb.3mf", three_mf(model=" " * (1 << 25)), "unpack to more than 100 times as many")
     yield Case("bomb_beside.3mf", three_mf(more=bytes(1 << 25)), None, (3, 2), "its part 'more.bin'")
     yield Case("entities.3mf", three_mf(model=f"{_SUBSET}<model/>"), "declares entities")
     yield Case("outside.3mf", three_mf(name="../3dmodel.model"), "leads out of the archive")

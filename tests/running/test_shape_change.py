@@ -156,7 +156,7 @@ def test_smoothing_runs_say_what_is_left_of_relief_and_of_sharp_edges() -> None:
     halved = change_of((bumps, faces), (0.5 * (bumps + vertices), faces))
     assert halved.relief_lost == pytest.approx(0.5, abs=0.05)
     (line,) = (line for line in change_lines(plain(asdict(halved))) if line.startswith("kept: "))
-    assert line.endswith(" % of the relief beside the noise")
+    assert line.endswith(" % of the relief apart from noise")
     box, sides = cube()
     assert change_of((box, sides), (box * [1.0, 1.0, 0.9], sides)).sharp_kept == pytest.approx(1.0)
     still = change_of((box, sides), (box, sides))

@@ -241,7 +241,7 @@ def test_a_run_that_takes_relief_warns(task: str, asked: tuple[str, ...], warned
     step = load_recipe("smooth_implicit").script.steps[0].with_values({"detail_size": "12edge"})
     recipe = Recipe("own", Script((step,), f"Own\n\nTask: {task}"))
     result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply", overrides=asked))
-    told = [text for text in result.warnings if "of the relief beside the noise is gone" in text]
+    told = [text for text in result.warnings if "of the relief apart from noise is gone" in text]
     assert bool(told) == warned
     assert all("a smaller detail_size, or take smooth_implicit, or leave it as it is" in text for text in told)
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ..declaration import Filter, Parameter
     from ..recipe import Recipe, RecipeHead, RecipeInfo
 
-#: characters of a line of a page, and of a line of a list
+#: the largest number of characters in a line of a page, and in a line of a list
 _WIDTH, _NARROW = 100, 80
 _MARGIN = " " * 24  # before the description of a recipe
-#: the most holes and outer borders that are listed
+#: the largest number of holes and outer borders that are listed
 _MOST_RIMS = 12
 
 listing = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
@@ -54,7 +54,7 @@ def _indented(text: str, margin: str = " " * 4, width: int = _NARROW) -> str:
 
 
 def _contains(text: str, words: str) -> bool:
-    """Whether the text contains every word; capitals do not count, and spaces, dashes and underscores are the same."""
+    """Whether the text contains every word; ignores case, and treats spaces, dashes and underscores alike."""
     plain = re.sub(r"[\s_-]+", " ", text.casefold())
     return all(word in plain for word in re.sub(r"[\s_-]+", " ", words.casefold()).split())
 
@@ -101,7 +101,7 @@ def info(
 ) -> None:
     """Show everything about a filter, a recipe or a mesh file.
 
-    For a mesh: its size, box, holes with their edges, pieces, noise and attributes, and the recipes that suit it.
+    For a mesh: its size, bounding box, holes with their edges, pieces, noise and attributes, and the recipes that suit it.
     """
     from ..recipe import load_recipe, shipped_recipes
 
@@ -122,14 +122,14 @@ def info(
         names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
         near = nearest(subject, [*names, *shipped_recipes()])
         advice = "`pymeshfair list filters` and `pymeshfair list recipes` show all names"
-        hint = error.cause or (f"did you mean {near!r}?" if near else advice)  # the cause: a broken plugin may declare it
+        hint = error.cause or (f"did you mean {near!r}?" if near else advice)  # a broken plugin may declare this name
         message = f"{subject!r} is no filter, no recipe and no file; {hint}"
         raise UnknownNameError(message, suggestion=near, cause=error.cause) from None
     show({"filter": filter_document(filter)}, filter_page(filter), json=json)
 
 
 def filter_document(filter: Filter) -> dict[str, Any]:
-    """The declaration of a filter in terms of JSON."""
+    """The declaration of a filter in JSON types."""
     names = ("python_name", "name", "origin", "info", "classes", "requires", "changes")
     return {
         **{name: getattr(filter, name) for name in names},
@@ -201,7 +201,7 @@ def as_written(value: Any) -> Any:
 
 
 def recipe_document(recipe: Recipe) -> dict[str, Any]:
-    """The recipe in terms of JSON."""
+    """The recipe in JSON types."""
     steps = [
         {
             "python_name": step.filter.python_name,

@@ -55,8 +55,8 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Replace both output streams by lasting streams; a closed one gets the null device, so that no file gets its number."""
-    while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
+    """Replace both output streams by `LastingStream`; a closed stream gets the null device, so that no file gets its number."""
+    while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # each call opens the lowest free file number
         pass
     os.close(number)
     for name, number in (("stdout", 1), ("stderr", 2)):
@@ -100,12 +100,12 @@ def say(*texts: object, err: bool = False) -> None:
 
 
 def printable(text: object) -> str:
-    """The text with control characters escaped, as terminals execute them; line feeds and tabs stay."""
+    """The text with control characters escaped, because terminals execute them; line feeds and tabs stay."""
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 
 def complain(text: object, *, color: bool | None = None) -> None:
-    """Print an error on stderr. Typer's context has the setting of `color`: give it only after that context is closed."""
+    """Print an error on stderr. Typer's context decides on colours; give `color` only after that context is closed."""
     typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True, color=color)
 
 
@@ -168,7 +168,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input, cut one byte above the largest size, which is then refused."""
+    """The bytes of a script's file or of standard input: at most one byte above the limit, so that larger scripts are refused."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

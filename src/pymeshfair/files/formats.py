@@ -1,4 +1,4 @@
-"""Table of the mesh formats: which function reads or writes a format, and which contents it keeps."""
+"""Table of the mesh formats: which function reads or writes a format, and which contents its files keep."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import missing_package
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
 
-#: contents of a mesh besides its vertices, which a file may keep or lose, as messages name them
+#: contents of a mesh besides its vertices, by their names in messages; a file may keep or lose each of them
 ATTRIBUTES = (
     *("faces", "edges", "vertex normals", "vertex colours", "vertex scalars", "vertex texture coordinates"),
     *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
@@ -93,8 +93,8 @@ def load_function(name: str) -> Any:
 
 
 def attributes_of(mesh: MeshData) -> set[str]:
-    """Returns those of `ATTRIBUTES` that a mesh has."""
-    from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES  # needs numpy, which help texts do without
+    """Returns the `ATTRIBUTES` that a mesh has."""
+    from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES  # imports numpy, which help texts do not need
 
     vertex, face, has_faces = mesh.vertex_attributes, mesh.face_attributes, len(mesh.faces) > 0
     present = {

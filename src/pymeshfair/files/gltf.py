@@ -1,4 +1,4 @@
-"""Reads glTF 2.0 files, text or binary: the meshes of their scene as one, with bounds checks of every accessor.
+"""Reads glTF 2.0 files, text or binary: joins the meshes of the scene, and checks the bounds of every accessor.
 
 Writes binary files: one mesh with embedded images, and a primitive for each texture and colour of faces.
 """
@@ -24,14 +24,14 @@ from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
 from .scenes import METRES, Assembly, affine_matrix, levels
 
-#: the most JSON values in a document; a million take a second to read
+#: the largest number of JSON values in a document; reading a million of them takes a second
 _PARTS = 1_000_000
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 #: attributes that are read: allowed numbers of components, and component kinds besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
-#: required extensions that are accepted: integer positions and normals, and unlit materials, which move no vertex
+#: required extensions that are accepted: integer positions and normals; and unlit materials, which are ignored
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 #: tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation
@@ -370,7 +370,7 @@ def _decoded(uri: str) -> bytes:
     raise ContentsError("data within it is not written in base64")
 
 
-#: most materials that are written, one for each texture and colour of faces
+#: the largest number of materials that are written: one for each pair of a texture and a colour of faces
 _MOST_MATERIALS = 1000
 
 
@@ -454,7 +454,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
-    """Returns the vertices of the file, as mesh vertices (ascending) and texture coordinates, and the faces of the file."""
+    """Returns for each vertex of the file its mesh vertex (ascending) and texture coordinates; also the faces of the file."""
     n, faces = len(mesh.vertices), mesh.faces.astype(np.int64)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None or not len(faces):

@@ -21,10 +21,10 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: most unpacked bytes: a multiple of the file size, plus a constant; numbers in text shrink to a tenth when packed
+#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; packing shrinks numbers to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: errors of the library about an archive that is damaged, encrypted, or of an unknown kind
+#: errors of `zipfile` about an archive that is damaged, encrypted, or of an unknown kind
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read, and their attributes
 _KNOWN = {
@@ -46,7 +46,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 
 @dataclass
 class _Object:
-    """An object: texts of the numbers of vertices and triangles, attributes of triangles, and components."""
+    """An object: coordinates and corner numbers as texts, attributes of triangles, and components."""
 
     properties: tuple[str, str]
     coordinates: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class _Model:
 
     def start(self, tag: str, qualified: dict[str, str]) -> None:
         if self._ignored_depth or tag not in _KNOWN:
-            if not self._ignored_depth and qualified.get("name") != "Application":  # the writing program
+            if not self._ignored_depth and qualified.get("name") != "Application":  # the metadata that names the writing program
                 self.unread[f"elements {quoted(tag, 30)}"] += 1
             self._ignored_depth += 1
             return
@@ -182,7 +182,7 @@ class _Reader:
             data = stream.read(self._left + 1)  # the declared size is not trusted
         self._left -= len(data)
         if self._left < 0:
-            raise ContentsError(f"its {self._size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
+            raise ContentsError(f"its {self._size:,} bytes unpack to more than {_MOST_TIMES} times as many, which no mesh does")
         return data
 
     def _model(self, name: str) -> _Model:

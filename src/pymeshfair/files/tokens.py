@@ -17,7 +17,7 @@ from .inputs import quoted
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-#: all integers up to here are exact in double precision
+#: all integers up to this one are exact in double precision
 _EXACT = 1 << 53
 
 
@@ -47,7 +47,7 @@ def lex(
 ) -> tuple[int, int]:
     """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
 
-    A decimal, or an integer with too many digits, becomes NaN. Its characters go to the same places of `decimals`, to be read.
+    Decimals, and integers above `_EXACT`, become NaN. Their characters go to the same places of `decimals`, for `tokenise`.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -146,12 +146,12 @@ AFTER_SLASH = 8
 
 @dataclass(frozen=True)
 class Tokens:
-    """The lines of a text, without empty ones and comments."""
+    """The lines of a text, without empty lines and comments."""
 
     text: Bytes
     kinds: NDArray[np.uint8]  # (t,) the kind of each token
-    values: Floats  # (t,) the numbers, to the nearest double, 0 for words
-    first: Longs  # (l + 1,) the first token of each line, and t
+    values: Floats  # (t,) the numbers, rounded to the nearest double; 0 for words
+    first: Longs  # (l + 1,) the first token of each line; the last entry is t
     #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
     keywords: NDArray[np.uint64]
     starts: Longs  # (l,) where each line begins in the text
@@ -197,7 +197,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files."""
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
-    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # at most: comments count too
+    n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # an upper bound
     n_lines = 1 + data.count(b"\n") + data.count(b"\r")
     kinds, values, decimals = np.empty(n_tokens, np.uint8), np.empty(n_tokens), np.full(len(text), 32, np.uint8)
     first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
@@ -234,7 +234,7 @@ def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats
 
 
 def refuse(tokens: Tokens, lines: Longs, wrong: Any, why: str, counts: Longs | None = None) -> None:
-    """Raises the error about the first line that is wrong, if any; {} in `why` stands for its entry in `counts`."""
+    """Raises the error about the first line that is wrong, if any; {} in `why` stands for the line's entry in `counts`."""
     if wrong.any():
         k = int(np.argmax(wrong))
         raise at_line(tokens, int(lines[k]), why if counts is None else why.format(counts[k]))
@@ -275,7 +275,7 @@ def runs(words: Sequence[_Word], lengths: Longs) -> Iterator[Sequence[_Word]]:
 def changed_words(
     tokens: Tokens, lines: Longs, columns: list[int], new: Sequence[Array], differs: Sequence[Bools]
 ) -> tuple[Longs, list[bytes]]:
-    """Returns (k, 2) the spans of the words whose number differs, and the new words."""
+    """Returns (k, 2) the spans of the words that change (`differs`), and the new words."""
     is_changed = np.stack(differs, axis=1)
     new_words = np.stack([np.array(words(column), object) for column in new], axis=1)
     return tokens.spans(lines, columns)[is_changed], new_words[is_changed].tolist()

@@ -81,11 +81,11 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Locks an output for writing, where the file system can; `OutputBusyError` if another run has locked it."""
+    """Locks an output for writing, if the file system has locks; `OutputBusyError` if another run has locked it."""
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
-            if not (folder / _LOCK).exists():  # its run died before it locked the new folder
+            if not (folder / _LOCK).exists():  # a run died before it locked its new folder
                 remove_folder(folder)
         try:
             yield
@@ -141,7 +141,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 def in_use(folder: Path) -> Iterator[None]:
     """Holds a lock in a folder, so that it does not count as abandoned."""
     system = this_system()
-    # The file gets its final name once it is locked, so that no other run sees an unlocked one.
+    # The file gets its final name once it is locked, so that no other run sees an unlocked lock file.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
         system.try_lock(lock, alone=False)
         system.move_open_file(lock, Path(lock.name), folder / _LOCK)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .comparison import Comparison, LengthIn
 
-#: the most pieces that have a line each
+#: the largest number of pieces that get a line each
 _MOST_PIECES = 5
-#: a measure, its words in the table, and whether the table has it even if it is 0 or unknown
+#: a measure, its words in the table, and whether it has a row even if all its values are 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -34,12 +34,12 @@ _MEASURES = (
     ("noise", "noise along the normals", False),
     ("sharp_edge_length", "length of sharp edges", False),
 )
-#: the power of the unit of the scan, by measure
+#: the exponent of the unit of length, by measure
 _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "noise": "", "sharp_edge_length": ""}
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns a row for each measure: name, and value for each mesh; leaves out rare measures that are 0 or unknown for all."""
+    """Returns a row for each measure: name, and value for each mesh; omits rare measures that are 0 or unknown for all meshes."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     clouds = all(measures.get("faces") == 0 for measures in columns.values())
@@ -98,13 +98,13 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
-    relief = f"relief from {shortest:g} mean edges on" if shortest else "relief beside the noise"
+    relief = f"relief from {shortest:g} mean edges on" if shortest else "relief apart from noise"
     kept = [] if lost is None else [f"{_percent(max(0.0, 1.0 - lost))} of the {relief}"]
     if change["sharp_kept"] is not None:
         kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, including those of noise")
     if kept:
         unknown = "the" if lost is None else "shorter" if shortest else ""
-        note = f"; {unknown} relief cannot be measured beside the noise" if unknown else ""
+        note = f"; {unknown} relief cannot be distinguished from noise" if unknown else ""
         lines.append(f"kept: {', '.join(kept)}{note}")
     if change["turned"]:
         verdict = "a fault: more" if change["folded"] else "no fault: no more"
@@ -159,7 +159,7 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
     """Returns up to three sentences: the distance of the surfaces, the displacement, and whether the tolerance is kept."""
     after, before, moved = result.after_from_before, result.before_from_after, result.displacement
     if result.same_surface:
-        text = "Both meshes are the same surface: no place lies further than rounding from the other."
+        text = "Both meshes are the same surface: no place of one lies further than a rounding error from the other."
     elif result.hausdorff.mesh_units <= result.rounding:
         text = f"No difference between the surfaces at {after.samples + before.samples:,} samples of their faces."
     else:
@@ -198,7 +198,7 @@ def distance_table(result: Comparison, unit: str | None = None) -> list[list[str
         ("mean without sign", after.mean_size),
         ("root mean square", after.rms),
         ("standard deviation", after.standard_deviation),
-        *((f"{percent} % of the area keep below", length) for percent, length in after.percentiles.items()),
+        *((f"{percent} % of the area is nearer than", length) for percent, length in after.percentiles.items()),
         (f"largest, at {_at(after.place)}", after.largest),
         ("BEFORE from AFTER, root mean square", before.rms),
         (f"largest, at {_at(before.place)}", before.largest),
@@ -216,7 +216,7 @@ def distance_table(result: Comparison, unit: str | None = None) -> list[list[str
 
 
 def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
-    """Returns lines on the errors of sampling, the bound of the Hausdorff distance, and other changes."""
+    """Returns lines on the sampling errors, the upper bound of the Hausdorff distance, and other changes."""
     after, before = result.after_from_before, result.before_from_after
     square = f" {unit}²" if unit else ""
     mean, rms = (_in(error.mesh_units, unit, 2) for error in (after.mean_error, after.rms_error))

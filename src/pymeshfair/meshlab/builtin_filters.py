@@ -17,13 +17,13 @@ _Current: TypeAlias = Callable[[], Layer]
 
 
 class BuiltinFilters:
-    """MeshLab's filters on one mesh set; `current` returns its current layer, `verbose` says whether it reports on stderr."""
+    """MeshLab's filters on one mesh set; `current` returns its current layer, `verbose` says whether they report on stderr."""
 
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Applies the filter, and returns its report. Absent values are MeshLab's defaults."""
+        """Applies the filter, and returns its report. For absent values MeshLab uses its defaults."""
         converted = self._for_meshlab(declared, values)
         try:
             return self.call(declared.python_name, converted)
@@ -103,7 +103,7 @@ class BuiltinFilters:
         return zero == 0.0 and math.isclose(hundred, layer().diagonal, rel_tol=1e-6)
 
     def _from_meshlab(self, declared: Filter, parameter: Parameter, used: Any, typed: Any, layer: _Current) -> Any:
-        """Converts a value that MeshLab used to a declared one; `typed` is the value of the caller, or None."""
+        """Converts `used`, a value from MeshLab, to the type of the declaration; `typed` is the caller's value, or None."""
         if isinstance(parameter, Percentage):
             return parameter.check(self._length(declared, parameter, used, typed, layer))
         if isinstance(parameter, Enum):
@@ -113,13 +113,13 @@ class BuiltinFilters:
         if isinstance(parameter, Float):
             is_typed = isinstance(typed, float | int) and np.float32(typed) == np.float32(used)
             number = float(typed) if is_typed else _shortest(used)
-            # MeshLab clamps numbers of sliders; its own defaults may be outside by a rounding error.
+            # MeshLab clamps numbers of sliders; its own defaults may be out of range by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used: relative if the typed value is, or if there is none and the default is."""
+        """Returns the length that a filter used: relative if the typed value, or else the default, is relative."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length
@@ -127,11 +127,11 @@ class BuiltinFilters:
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)
-        if length is not None and scales and layer().diagonal > 0.0:  # percent of a range that is a part of the diagonal
+        if length is not None and scales and layer().diagonal > 0.0:  # percent of a length that scales with the diagonal
             return Length(_shortest(100.0 * used / layer().diagonal), "percent")
         if length is None and isinstance(default, Length) and default.unit == "percent":
             usual = default.resolve(diagonal=layer().diagonal, mean_edge=lambda: layer().mean_edge)
-            if math.isclose(used, usual, rel_tol=1e-4):  # the table gives parts of the diagonal with five digits
+            if math.isclose(used, usual, rel_tol=1e-4):  # declared percentages of the diagonal have five digits
                 return default
         return Length(_shortest(used))
 

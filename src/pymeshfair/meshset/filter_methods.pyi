@@ -133,7 +133,7 @@ class FilterMethods(metaclass=LateMethods):
         iterations: int = 10,
         selected: bool = False,
     ) -> dict[str, Any] | None:
-        """Smooths the vertex colours over the mesh and keeps their edges (jumps), the same for red, green and blue. Opacity stays.
+        """Smooths the vertex colours over the mesh and keeps their edges (jumps): red, green and blue alike. Opacity stays.
 
         Args:
             range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian', 1 / (1
@@ -144,7 +144,7 @@ class FilterMethods(metaclass=LateMethods):
                 difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -445,8 +445,8 @@ class FilterMethods(metaclass=LateMethods):
                 noise is filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
             feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2).
                 Larger keeps only higher values. Takes a number from 1e-30 to 1e+30.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -492,8 +492,8 @@ class FilterMethods(metaclass=LateMethods):
                 'auto'.
             iterations: The number of steps. More steps smooth more, take longer, and shrink more. Takes a whole number from 0
                 to 10000.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -699,8 +699,8 @@ class FilterMethods(metaclass=LateMethods):
             weights: 'inverse_length': near neighbours pull more, so that uneven sampling is kept and straight parts do not
                 move. 'uniform': all neighbours pull equally, which evens out the distances along the curve.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. For 'implicit' with 'inverse_length'. Takes a length such as '1%' (of the bounding box's diagonal),
-                '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                smoother. For method 'implicit' with weights 'inverse_length'. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
             time_step: For 'implicit': the strength of one iteration, a pure number; uniform weights need it. Larger is
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
@@ -866,11 +866,11 @@ class FilterMethods(metaclass=LateMethods):
             step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the
                 vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -972,8 +972,8 @@ class FilterMethods(metaclass=LateMethods):
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
             keep_dimensions: Undo the part of the motion along the normals that neighbours share: limbs keep their thickness and
                 the shape keeps its size, on open surfaces too. Not for point clouds.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1374,8 +1374,8 @@ class FilterMethods(metaclass=LateMethods):
                 number from 0 to 2.
             iterations: The number of pairs of steps. More pairs smooth more. 'auto' takes the number of least expected slope
                 error. Takes a whole number from 0 to 100000, or 'auto'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' are smoothed as a curve, with only their neighbours
-                on the border; 'free' move like any other vertex, so that borders recede.
+            border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
+                their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1670,7 +1670,7 @@ class FilterMethods(metaclass=LateMethods):
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
-            iterations: The number of steps. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 

@@ -261,7 +261,7 @@ def warnings_of(
         )
     if erased:
         yield (
-            f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
+            f"{change.relief_lost:.0%} of the relief apart from noise is gone: compare the result with the scan; if that "
             f"was detail: {', or '.join([*remedies, 'leave it as it is'])}; `pymeshfair suggest` tries recipes and shows "
             "the relief that each would take"
         )

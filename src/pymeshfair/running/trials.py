@@ -1,4 +1,4 @@
-"""Tries recipes on a scan: measures the prediction error at held-out vertices, and the relief that is lost."""
+"""Tries recipes on a scan: measures the prediction error at held-out vertices, and the lost relief (surface detail)."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def trials(
 ) -> dict[str, Trial]:
     """Try scripts on a sample of a scan.
 
-    On a scan with noise, sets of vertices without neighbours in the set are held out: each starts where its neighbours predict
-    it. The error of a script is the distance of its result from the measured vertices, along the normals; motion within the
-    surface does not count.
+    On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
+    starts where its neighbours predict it. The error of a script is the distance of its result from the measured vertices, along
+    the normals; motion within the surface does not count.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -106,8 +106,8 @@ def export_script(
     A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, limits and the unit are
     left out, as MeshLab ignores them.
 
-    `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` gives for each
-    step lengths in mesh units, by Python parameter name; they are used instead of those computed from `mesh`.
+    `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has a
+    mapping for each step: lengths in mesh units by Python parameter name, instead of the lengths computed from `mesh`.
 
     Raises:
         ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; names all such steps.
@@ -139,14 +139,14 @@ def export_script(
 
 
 def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]:
-    """The step with the equivalent filter of MeshLab, and ""; or the step itself, and why there is no such filter."""
+    """The step with the equivalent filter of MeshLab, and ""; or the step itself, and why MeshLab has no equivalent."""
     equivalent = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
     why = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
     if equivalent is None:
         return step, why
     builtin = find_filter(equivalent.filter)
     if equivalent.closed_only and not closed:
-        open_mesh = "and this one is open, or a step before may open it or select"
+        open_mesh = "and this one is open, or an earlier step may open it or make a selection"
         unknown = "say with --for MESH which mesh it is for"
         return step, f"{why}: {builtin.name!r} does the same only on closed meshes, {open_mesh if has_mesh else unknown}"
     return Step(builtin, builtin.with_defaults(equivalent.values), step.line), ""

@@ -56,7 +56,7 @@ def run_by_tiles(
     resume: bool = False,
     check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
-    """Carries out a job by tiles of at most `most` points or vertices; None for the most that fit into memory.
+    """Carries out a job by tiles of at most `most` points or vertices; None: as many as fit into memory.
 
     `memory_limit` of the job is for the command and all workers together. With `resume` the run continues from the files of a
     killed run, and keeps its own files if it ends early. `check_wanted` is called twice a second, and may raise to stop.
@@ -114,7 +114,7 @@ class _TiledRun:
     """One run by tiles, with the reports of its finished steps."""
 
     job: Job
-    most: int | None  # the most points or vertices of a tile
+    most: int | None  # the largest number of points or vertices of a tile
     share: Budget  # workers and their memory
     tasks: Tasks
     folder: Path  # of temporary files
@@ -179,7 +179,7 @@ class _TiledRun:
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
     def _report_skipped(self, number: int) -> None:
-        """Reports the steps before `number` that were done together with an earlier one."""
+        """Reports the steps before `number` that were done together with an earlier step."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
                 pass
@@ -213,7 +213,7 @@ def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
 
 
 def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
-    """Refuses jobs that cannot be done by tiles; returns the steps, the bytes of memory, and the workers with their shares."""
+    """Refuses jobs that cannot be done by tiles; returns the steps, the memory in bytes, and the workers with their memory."""
     plan = plan_of(job.recipe.script)
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes in each bucket with one of its corners, 23 on average; twice while unsorted and sorted files exist.
+    # A face takes 20 bytes per cell with one of its corners: 23 bytes on average, and 46 while there are also unsorted files.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)

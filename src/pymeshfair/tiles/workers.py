@@ -43,7 +43,7 @@ class WorkFolder:
     path: Path  # the folder
     note: str  # why the files of a former run are not used; empty if they are used, or if there are none
     journal: BinaryIO
-    results: Mapping[tuple[int, int], Any]  # of a former run, by the numbers of the call of `Tasks.map` and of the task in it
+    results: Mapping[tuple[int, int], Any]  # of a former run, by number of the `Tasks.map` call and number of the task in it
 
     def append(self, call: int, number: int, result: Any) -> None:
         """Adds a finished task to the journal."""
@@ -60,8 +60,8 @@ def work_path(output: Path) -> Path:
 def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterator[WorkFolder]:
     """Opens the folder for a run to `output`, and removes it at the end of the run; the output must be locked.
 
-    `key` has everything on which the tasks and their files depend. With `resume` the files of a former run are used if its key is
-    the same, and are removed if not. After a failure the folder stays with `resume`, or if the scheduler is lost.
+    `key` has everything on which the tasks and their files depend. With `resume` the files of a former run are used if that run
+    has the same key, else removed. After a failure the folder stays with `resume`, or if the scheduler is lost.
     """
     path = work_path(output)
     results, end, note = _former(path, key) if resume else ({}, 0, "")
@@ -89,7 +89,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the end of its last whole record in bytes (0: not used), and why it is not used."""
+    """Returns the results of a former run, the length of its complete records in bytes (0: not used), and why it was rejected."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
@@ -179,7 +179,7 @@ class Tasks:
             raise LostSchedulerError from error
         except LostProcessError as error:
             raise TileError(f"every worker that began a tile was lost ({error}), perhaps for lack of memory") from error
-        except Exception as error:  # dask's, such as KilledWorker
+        except Exception as error:  # errors of dask, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
         if done.peak_memory is not None:
             self.peaks[done.process] = max(done.peak_memory, self.peaks.get(done.process, 0))
