@@ -154,7 +154,7 @@ def implicit_curve_steps(
     L = M^-1 C with masses M and the stiffness matrix C; t has the inverse unit of L. Elimination solves chains without branches:
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
-    to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, its currents t C p sum to 0.
+    to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents t C p sum to 0.
     So the current that reaches the last vertex is minus the sum of the currents that the other vertices lead to the ground.
     """
     labels = laplacian.components()

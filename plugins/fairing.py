@@ -46,8 +46,8 @@ def apply_coord_bilaplacian_smoothing(
             sharp; 'scalar': parts with a high vertex scalar.
         feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight; noise
             is filtered out beforehand. Larger keeps only sharper ridges.
-        feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2). Larger
-            keeps only higher values.
+        feature_scalar: For 'scalar': the vertex scalar at which smoothing has half weight; the weight is
+            1 / (1 + (q / this)^2) at a scalar q. Larger keeps only parts with higher scalars.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise moving.no_amount("weight")
@@ -165,7 +165,7 @@ def apply_coord_region_fairing(
     """Replaces the selected part of a surface by the smoothest part that continues the surface around it.
 
     For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles are all
-    selected. The others, and open borders, stay. The energies read one, two or three rings of vertices around the region, so
+    selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around the region, so
     select all of the damage and one ring more. Returns the number of moved vertices, the backward error of the solution, and an
     error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 
@@ -256,8 +256,8 @@ def meshing_bridge_rims_by_fairing(
     """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
     A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
-    Its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
-    (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
+    Its inside is faired; the rest stays as it is. The new elements are selected. Parts in different layers must be
+    merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:
         selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its vertices

@@ -1,4 +1,4 @@
-"""Spectral filters, which change the waves of a surface by their length, with or without computing its modes."""
+"""Spectral filters, which change each wave of a surface according to its wavelength, with or without computing its modes."""
 
 import math
 from dataclasses import fields
@@ -104,17 +104,17 @@ def apply_coord_detail_enhancement(
 ) -> Edit:
     """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
-    Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open borders and
-    in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean square), the
-    largest displacement, and the share of the vertices that move half as far or less because of a thin part or gap.
+    Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay. Near
+    open borders and in thin parts vertices move less. Returns the two wavelengths, the height of the input's relief (root mean
+    square), the largest displacement, and the share of the vertices that move half as far or less because of a thin part or gap.
 
     Args:
         gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes nothing.
         detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger includes only larger details.
             'auto': about the shortest wavelength at which the spectrum clearly exceeds the noise, at least five mean edges.
         largest_size: The longest wave of the relief. Larger includes larger parts. 'auto': four detail sizes.
-        most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of it if
-            the gap is smaller. Larger lets thin parts change more.
+        most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of the
+            vertex if the gap is smaller. Larger lets thin parts change more.
     """
     options: dict[str, Any] = {"gain": gain, "most": most, "operator": operator, "progress": progress}
     options |= {"detail_size": detail_size or None, "largest_size": largest_size or None}
@@ -147,13 +147,13 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
 ) -> Edit:
     """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for inspection.
 
-    Modes are eigenfunctions of the Laplace-Beltrami operator. A mode is 0 on all components but one, and at vertices without
-    a triangle; its mean square over the surface is 1, its sign is reproducible. Returns its frequency (radians per mesh unit),
-    its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+    Modes are eigenfunctions of the Laplace-Beltrami operator. Mode 0 is constant; other modes are 0 outside one component.
+    Modes are 0 at vertices without a triangle; the mean square of a mode over the surface is 1, its sign is reproducible.
+    Returns the frequency f (radians per mesh unit), the wavelength (2 pi / f) and the eigenvalue (f squared).
 
     Args:
-        mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; a larger
-            number has shorter waves and takes longer.
+        mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 is the longest wave; a
+            larger number has shorter waves and takes longer.
     """
     harmonic = spectral.one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
     frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))

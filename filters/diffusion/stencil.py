@@ -49,7 +49,7 @@ _BLOCK = 64
 def explicit_stencil(
     mesh: NormalisedMesh, star: Stars, operator: OperatorName, *, border: BorderPolicy, update: UpdateRule
 ) -> Advance:
-    """Returns the step of `operator`, with weights of the current points; on clouds and for "robust", of the input's points."""
+    """Returns the step of `operator`; weights are those of the current points, or of the input on clouds and for "robust"."""
     check_choice("operator", operator, OPERATOR_NAMES)
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
@@ -375,7 +375,7 @@ def _element_bound(points: Floats, faces: Ints) -> float:
     """Bounds the spectrum of -L for `BY_AREA` by the largest eigenvalue that -M^-1 C has on a single triangle.
 
     Stiffness and areas are sums over the triangles, so no eigenvalue of the mesh is above the largest of a triangle [irons1971].
-    The bound is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
+    The bound is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the largest eigenvalue.
     """
     bound = 0.0
     for f in prange(faces.shape[0]):

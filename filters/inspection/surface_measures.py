@@ -63,7 +63,7 @@ class Connectivity:
     unreferenced: int  # number of vertices in no face and no edge
     border: int  # number of edges with exactly one face
     non_manifold_edges: int  # number of edges with more than two faces
-    non_manifold_vertices: int  # number of vertices with such an edge, or whose faces form several fans
+    non_manifold_vertices: int  # number of vertices of non-manifold edges, or whose faces form several fans
     components: int  # number of connected components of the faces, or of the edges in a mesh without faces
 
     def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
@@ -143,7 +143,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
 def measures_and_connectivity(
     vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), former: Connectivity | None = None
 ) -> tuple[SurfaceMeasures, Connectivity]:
-    """Returns `surface_measures` and the connectivity; `former` is reused if nothing changed, which saves half of the time."""
+    """Returns `surface_measures` and the connectivity; an equal `former` is reused, which saves half of the time."""
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)

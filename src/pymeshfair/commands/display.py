@@ -28,7 +28,7 @@ from .streams import Verbosity, printable, say, verbosity
 if TYPE_CHECKING:
     from ..running.suitability import Suitability
 
-#: characters of a line if the output is a file or a pipe
+#: the number of characters in a line if the output is a file or a pipe
 _WIDTH = 100
 
 
@@ -51,7 +51,7 @@ def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = N
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
-#: characters of a line of text about recipes
+#: the number of characters in a line of text about recipes
 _NARROW = 80
 _INDENT = " " * 6
 

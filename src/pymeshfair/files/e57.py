@@ -39,7 +39,7 @@ def read_e57(path: Path, references: References) -> Reading:
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
-    """Yields the points of `read_e57` in pieces of about `size`, with the same order and attributes."""
+    """Yields the points of `read_e57` in pieces of at most `size` points, with the same order and attributes."""
     with _opened(path) as file:
         for places, attributes in _Survey(file).pieces(size):
             yield MeshData(vertices=places, vertex_attributes=attributes)
@@ -77,7 +77,7 @@ class _Survey:
         self.doubts = tuple(f"{n:,} of its {scans} {name!r}, which is 0 there" for name, n in lacking.items() if n)
 
     def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
-        """Yields coordinates and attributes of the measured points, in pieces of `size` rows, or of a whole scan if None."""
+        """Yields coordinates and attributes of the measured points, in pieces of at most `size` points; None: whole scans."""
         colored = any(set(_COLOR) <= kinds.keys() for kinds in self._kinds)
         for number, (header, kinds) in enumerate(zip(self.headers, self._kinds, strict=True)):
             for fields in _chunks(self._file, header, kinds, size):

@@ -34,7 +34,7 @@ class Format:
     writer: str = ""  # ``module.function`` that writes it; empty if there is none
     holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names the others
     rounding: float = 0.0  # largest relative change of a coordinate by writing
-    begin: tuple[str, str] | None = None  # pattern of its first bytes in Latin-1, and their name in messages
+    begin: tuple[str, str] | None = None  # pattern for its first bytes as Latin-1, and the words for them in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates
 
     @property

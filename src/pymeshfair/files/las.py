@@ -58,7 +58,7 @@ def opened(path: Path) -> Iterator[Any]:
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
     except BaseException as error:
-        if type(error).__name__ != "PanicException":  # lazrs raises it; it is no Exception and cannot be imported
+        if type(error).__name__ != "PanicException":  # lazrs raises this class, which is no Exception and cannot be imported
             raise
         raise ContentsError(f"lazrs cannot decompress it: {error}") from None
 
@@ -322,7 +322,7 @@ def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolu
 
 
 def _choose_scale(header: Any, least: Floats, most: Floats, resolution: float, notes: list[str]) -> None:
-    """Sets the scale factors of the header: the largest that resolve the length `resolution`, or the finest if it is 0."""
+    """Sets the header's scale: the largest power of ten with rounding errors up to `resolution`, or the finest if that is 0."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * resolution)) if resolution > 0 else finest

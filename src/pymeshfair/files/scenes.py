@@ -37,7 +37,7 @@ def parse_xml(
     end: Callable[[str], object],
     text: Callable[[str], object] | None = None,
 ) -> None:
-    """Calls `start` and `end` for elements (by name without prefix) and `text` for texts; refuses a document with entities."""
+    """Calls `start` and `end` for elements (names without prefix), `text` for texts; refuses documents that declare entities."""
     depth = 0
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
@@ -87,7 +87,7 @@ def read_tree(data: bytes) -> ElementTree.Element:
 
 
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
-    """Parses finite numbers separated by blanks; unless None, `count` is their number. `what` names them in messages."""
+    """Parses finite numbers separated by blanks; `count`, if given, is their required number. `what` names them in messages."""
     words = text.split()
     try:
         if "_" in text or not text.isascii():  # Python would accept these in numbers

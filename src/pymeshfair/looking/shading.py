@@ -22,14 +22,14 @@ from ..mesh_data.mesh_data import read_pixels, sampled
 SUPERSAMPLING = 2
 #: the colour of a mesh without colours
 CLAY = np.array([0.72, 0.745, 0.78])
-#: the colour that is mixed into the inner side of a surface, to mark it
+#: the colour that is mixed into the colours of the inner side of a surface, to mark this side
 _INSIDE = np.array([0.55, 0.36, 0.30])
 _BACKGROUND = 1.0
 #: the direction to the light, at the upper left behind the eye, in camera coordinates
 _LIGHT = np.array([-0.38, 0.48, 0.79])
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
-#: radius in pixels of a dot of a cloud
+#: radius in pixels of the dots that draw clouds and polylines
 _DOT = 1.1
 #: the largest number of dots that draw an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
@@ -58,7 +58,7 @@ class Camera:
 
 
 def rotated(vectors: Floats, rows: Floats) -> Floats:
-    """Returns (n, 3) components of vectors along the rows; for three columns einsum is faster than a matrix product."""
+    """Returns the (n, 3) dot products of vectors with `rows`; for three columns einsum is faster than a matrix product."""
     return np.asarray(np.einsum("ij,kj->ik", vectors, rows))
 
 
@@ -118,7 +118,7 @@ def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBu
     in_front = np.zeros(len(scene.faces), dtype=np.bool_)
     in_front[elements] = True
     rows = (np.cumsum(in_front) - 1)[elements]
-    # Relative to the middle of the picture, since large coordinates lose digits.
+    # Coordinates are relative to the middle of the picture, since normals of large coordinates lose digits.
     normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T
     if scene.texture is not None:
         colors = scene.texture(elements, _weights(screen, scene.faces, elements, seen))
@@ -146,7 +146,7 @@ def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], 
     """Returns (k, 3) shaded colours; `shares` are the shares of ambient, diffuse and specular light.
 
     The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` has for
-    each colour the row of its normal.
+    each colour the row of its normal in `normals`.
     """
     inside = normals[:, 2:] < 0.0
     facing = np.where(inside, -normals, normals)
@@ -190,7 +190,7 @@ class DepthBuffer(NamedTuple):
 
 @compiled
 def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
-    """Draws triangles of either orientation into a `DepthBuffer`; at equal depth the lower number stays.
+    """Draws triangles of either orientation into a `DepthBuffer`; at equal depth the face with the lower number stays.
 
     `screen` has pixels from the left, pixels from the top, and nearness to the eye.
     """

@@ -79,7 +79,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
 def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
     """Returns lines on the change of shape by a run; the arguments are those of `became_text`."""
     sides = dict(zip("xyz", change["sides"], strict=True))
-    if "removed" not in change:  # a run by tiles measures only the box
+    if "removed" not in change:  # a run by tiles measures only the bounding box
         shares = _shares({name: share or None for name, share in sides.items()})
         return [f"changed: {shares}"] if shares else []
     moved, parts = change["moved"], _parts(change)
@@ -261,6 +261,6 @@ def _at(place: tuple[float, float, float]) -> str:
 
 
 def _value_text(value: float | str | None) -> str:
-    if value is None or isinstance(value, str):  # a text stands for a number that is too large
+    if value is None or isinstance(value, str):  # a text such as "inf" is a number that JSON cannot hold
         return value or "-"
     return f"{value:,}" if isinstance(value, int) else f"{value:,.6g}"

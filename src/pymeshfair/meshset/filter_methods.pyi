@@ -443,8 +443,8 @@ class FilterMethods(metaclass=LateMethods):
                 stay sharp; 'scalar': parts with a high vertex scalar.
             feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight;
                 noise is filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar': the vertex scalar q at which smoothing has half weight, by 1 / (1 + (q / this)^2).
-                Larger keeps only higher values. Takes a number from 1e-30 to 1e+30.
+            feature_scalar: For 'scalar': the vertex scalar at which smoothing has half weight; the weight is 1 / (1 + (q /
+                this)^2) at a scalar q. Larger keeps only parts with higher scalars. Takes a number from 1e-30 to 1e+30.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -760,10 +760,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
-        Vertices move along the normals of the shape by the waves of the relief; shorter and longer waves stay. Near open
-        borders and in thin parts the change is smaller. Returns the two wavelengths, the height of the relief before (root mean
-        square), the largest displacement, and the share of the vertices that move half as far or less because of a thin part or
-        gap.
+        Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay.
+        Near open borders and in thin parts vertices move less. Returns the two wavelengths, the height of the input's relief
+        (root mean square), the largest displacement, and the share of the vertices that move half as far or less because of a
+        thin part or gap.
 
         Args:
             gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes
@@ -776,7 +776,7 @@ class FilterMethods(metaclass=LateMethods):
                 length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
                 'auto'.
             most: The largest displacement of a vertex, as a share of the thickness of the body there, or of the gap in front of
-                it if the gap is smaller. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
+                the vertex if the gap is smaller. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -1210,10 +1210,10 @@ class FilterMethods(metaclass=LateMethods):
         """Replaces the selected part of a surface by the smoothest part that continues the surface around it.
 
         For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles
-        are all selected. The others, and open borders, stay. The energies read one, two or three rings of vertices around the
-        region, so select all of the damage and one ring more. Returns the number of moved vertices, the backward error of the
-        solution, and an error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new
-        elements.
+        are all selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around
+        the region, so select all of the damage and one ring more. Returns the number of moved vertices, the backward error of
+        the solution, and an error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and
+        new elements.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
@@ -3252,13 +3252,13 @@ class FilterMethods(metaclass=LateMethods):
         """Writes a mode of the surface, one of the waves that spectral filters keep or remove, to the vertex scalar for
         inspection.
 
-        Modes are eigenfunctions of the Laplace-Beltrami operator. A mode is 0 on all components but one, and at vertices
-        without a triangle; its mean square over the surface is 1, its sign is reproducible. Returns its frequency (radians per
-        mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+        Modes are eigenfunctions of the Laplace-Beltrami operator. Mode 0 is constant; other modes are 0 outside one component.
+        Modes are 0 at vertices without a triangle; the mean square of a mode over the surface is 1, its sign is reproducible.
+        Returns the frequency f (radians per mesh unit), the wavelength (2 pi / f) and the eigenvalue (f squared).
 
         Args:
-            mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 the longest wave; a larger
-                number has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            mode: The number of the mode, by rising frequency over all components. 0 is constant, 1 is the longest wave; a
+                larger number has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
 
@@ -5753,9 +5753,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-        A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
-        Its inside is faired; the rest stays as it is. The new elements are selected. First merge parts in several layers into one
-        (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
+        A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different
+        parts. Its inside is faired; the rest stays as it is. The new elements are selected. Parts in different layers must be
+        merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the

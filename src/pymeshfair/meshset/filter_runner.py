@@ -27,8 +27,8 @@ _LOG = logging.getLogger("pymeshfair")
 class FilterRunner:
     """Finds and applies filters of MeshLab and of plugins.
 
-    Ids of layers in a step do not count the layers that the write-back makes and removes (`Workbench.without_helpers`). Filters
-    of plugins call `on_progress` and `on_note` of the mesh set if it has them.
+    Ids of layers in a step do not count the helper layers that writing a result makes and removes (`Workbench.without_helpers`).
+    Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
     """
 
     def __init__(self, bench: Workbench) -> None:

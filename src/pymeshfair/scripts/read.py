@@ -31,7 +31,7 @@ MOST_LEVELS = 64
 MOST_FILTERS = 1000
 MOST_ATTRIBUTES = 100  # the largest number of attributes of one element
 LONGEST_NAME = 1000  # the length of the longest name of a filter, a parameter or a type, in characters
-SLIP = 0.87  # the least similarity of a misspelt and a suggested name; ``Delete Selection`` and ``Dilate Selection`` have less
+SLIP = 0.87  # the least similarity of a typo and a suggestion; ``Delete Selection`` and ``Dilate Selection`` are less similar
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: a document type that is written twice, as by some old programs
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)

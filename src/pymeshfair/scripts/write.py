@@ -21,7 +21,7 @@ from .values import param_attributes
 
 #: the bounding-box diagonal for absolute values if no mesh is given: MeshLab then reads "1%" as 1
 NOMINAL_DIAGONAL = 100.0
-NOMINAL_EDGE = 0.25  # the mean edge in the same case: a scan with 400 samples across
+NOMINAL_EDGE = 0.25  # the mean edge length in the same case: 1/400 of the diagonal
 
 #: characters that XML does not allow, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -34,9 +34,9 @@ def format_script(
 ) -> str:
     """The text of the .mlx file, ending with a newline.
 
-    Parameters are written in declared order, also those with defaults. Two kinds of defaults are left to MeshLab: those that
-    follow from the mesh, such as the number of triangles after a decimation; and without `known_mesh`, relative lengths. A
-    relative length is written in ``relative=``, and for MeshLab as the absolute value for this `diagonal` and `mean_edge`.
+    Parameters are written in declared order, also those with default values. Two kinds of defaults are left to MeshLab: values
+    that follow from the mesh, such as the number of triangles after a decimation; and without `known_mesh`, relative lengths.
+    A relative length is in ``relative=``; MeshLab reads ``value=``, the absolute value for this `diagonal` and `mean_edge`.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
     if invalid := _UNWRITABLE.search(text):

@@ -1,1 +1,1 @@
-"""Runs for clouds and meshes larger than memory: filters them tile by tile, with the same result as in one piece."""
+"""Filters clouds and meshes that are larger than memory tile by tile, with the same result as in one piece."""

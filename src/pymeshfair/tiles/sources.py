@@ -23,7 +23,7 @@ from .cells import Ranges, Results
 
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: for each slice of a cloud: the mask of the points to keep, and new values of all its points by their name in the file
+#: for each slice of a cloud: the mask of the points to keep, and new columns by name in the file, with values for all points
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 
@@ -34,7 +34,7 @@ class SlicedTable:
     path: Path
     element: PlyElement  # its declaration in the header
     dtype: np.dtype[Any]  # the type of a row, see `pymeshfair.files.ply_tables.row_type`
-    offset: int  # the byte of its first row
+    offset: int  # the position of its first row in the file, in bytes
 
     def read(self, first: int, last: int) -> NDArray[Any]:
         """Returns the rows from `first` to before `last`."""
@@ -162,7 +162,7 @@ class MeshFile(PlyFile):
         return table
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
-        """Yields the (m, 3) numbers of the corners, `size` faces at a time."""
+        """Yields the (m, 3) vertex indices of the faces, `size` faces at a time."""
         name = _lists_of_corners(self.faces_table)[0]
         for rows in self.faces_table.slices(size):
             yield rows[name].astype(np.int64)
