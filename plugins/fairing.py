@@ -40,7 +40,7 @@ def apply_coord_bilaplacian_smoothing(
     overflows), the number of moved vertices and the largest displacement.
 
     Args:
-        weight: How strongly vertices are held in place, w, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02 smooths
+        weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02 smooths
             strongly, 0.2 mildly. 0: not used, the detail size decides.
         features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle, stay
             sharp; 'scalar': parts with a high vertex scalar.
@@ -141,8 +141,8 @@ def apply_coord_tangential_smoothing(
 FairingEnergy: TypeAlias = Annotated[
     fairing.Energy,
     Enum(
-        help="'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the tangent "
-        "planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round."
+        help="'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the "
+        "surrounding tangent planes; 'minimum_variation' continues the curvatures too, so that round shapes stay round."
     ),
 ]
 
@@ -170,8 +170,8 @@ def apply_coord_region_fairing(
     error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and new elements.
 
     Args:
-        iterations: The number of solutions, each with the areas and angles of the previous result. With more, the old shape
-            matters less; one is usually enough. Remeshing takes at least three.
+        iterations: How often to solve, each time with the areas and angles of the previous result. With more, the old shape
+            matters less; once is usually enough. Remeshing takes at least three.
         remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They come
             last and are selected. Their colours continue those around; each shows a single point of the texture.
     """

@@ -437,7 +437,7 @@ class FilterMethods(metaclass=LateMethods):
                 smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
                 amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
                 least 0.0, or 'auto'.
-            weight: How strongly vertices are held in place, w, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02
+            weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
                 stay sharp; 'scalar': parts with a high vertex scalar.
@@ -1217,9 +1217,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
-                tangent planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
-            iterations: The number of solutions, each with the areas and angles of the previous result. With more, the old shape
-                matters less; one is usually enough. Remeshing takes at least three. Takes a whole number from 1 to 100.
+                surrounding tangent planes; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
+            iterations: How often to solve, each time with the areas and angles of the previous result. With more, the old shape
+                matters less; once is usually enough. Remeshing takes at least three. Takes a whole number from 1 to 100.
             remesh: Also replace the triangles of the part by regular triangles as dense as those around, for rough damage. They
                 come last and are selected. Their colours continue those around; each shows a single point of the texture.
 
@@ -5759,7 +5759,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
-                tangent planes around; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
+                surrounding tangent planes; 'minimum_variation' continues the curvatures too, so that round shapes stay round.
             selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its
                 vertices are.
 
