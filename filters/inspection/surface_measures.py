@@ -205,7 +205,7 @@ def box_diagonal(points: Floats) -> float:
 
 
 def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
-    """(m, 3) face normals whose lengths are twice the areas, (m,) twice the areas, and (m,) quality, 0 without area."""
+    """(m, 3) face normals whose lengths are twice the areas, (m,) twice the areas, and (m,) `triangle_shapes`, 0 without area."""
     normals, doubled, quality = np.empty((len(faces), 3)), np.empty(len(faces)), np.zeros(len(faces))
     over_range(_measure, len(faces), points, faces, normals, doubled, quality)
     return normals, doubled, quality

@@ -258,7 +258,7 @@ def header_of(header: Any, records: Any) -> tuple[Any, Any]:
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
-    """Returns the columns to write by dimension, without the coordinates."""
+    """Returns the columns to write by the name of their dimension, without the coordinates."""
     columns: dict[str, Array] = {}
     for name, values in mesh.vertex_attributes.items():
         if name == "colors":
