@@ -1,4 +1,4 @@
-"""Reads and measures mesh files for commands that change no file, and runs filters on a mesh file to get the values they report."""
+"""Reads and measures mesh files for commands that change no file, and runs filters on a mesh for the values that they report."""
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
