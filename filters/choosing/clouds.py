@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) all points or those of patches around the least `numbers`, (k,) their indices, (k,) which are inner."""
+    """Returns (k, 3) all points, or patches around the points with the least `numbers`; (k,) indices; (k,) which are inner."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

@@ -16,7 +16,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# `one_is_inside_out` gives an answer only if the bending of its neck is at most this share of that of the other answer's neck.
+# `one_is_inside_out` gives an answer only if its neck bends at most `_CLEARLY` times as much as the neck for the other answer.
 _CLEARLY = 0.5
 # If the centres of two rims are closer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0

@@ -29,7 +29,7 @@ _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
 class TriangleTree(NamedTuple):
-    """A bounding volume tree: node i splits its triangles into nodes 2 i and 2 i + 1, at the median of the widest box side."""
+    """A bounding volume tree: node i splits its triangles into nodes 2 i and 2 i + 1, at the median along the widest axis."""
 
     triangles: Floats  # (m, 9) the first corner, the vector to the second corner, the vector to the third
     indices: Ints  # (m,) the face of each triangle
