@@ -22,7 +22,7 @@ from .noise_level import smooth_normals
 #: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# Outliers are searched until at most `_STEADY_SHARE` of them changes from one search to the next, at most `_SEARCHES` times.
+# The search for outliers repeats until at most `_STEADY_SHARE` of them change between searches, at most `_SEARCHES` times.
 _SEARCHES, _STEADY_SHARE = 4, 0.02
 # Large outliers hide smaller ones: a search has up to `_PASSES` passes, until a pass finds at most `_LAST_SHARE` of all vertices.
 _PASSES, _LAST_SHARE = 20, 1e-4

@@ -340,7 +340,7 @@ def feature_weights(
 
     These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
     surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
-    noise of up to a tenth of an edge length and keeps ridges; part of stronger noise remains, as if it were ridges. The 8th power
+    noise of up to a tenth of an edge length. It keeps ridges, but also keeps part of stronger noise. The 8th power
     makes the weight nearly 1 where the surface bends by half the angle a, and nearly 0 where it bends by twice the angle.
 
     Args:

@@ -219,7 +219,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # a mean square, in which outliers count in full, as energies are compared
+    noise = scan.noise.deviation  # from a mean square, in which outliers count in full, as energies are compared
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
@@ -363,7 +363,7 @@ def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, i
 
 
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the state of an element; the face scalar of the map
-#: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
+#: red, green, blue, opacity of each state: grey, orange, blue, purple; distinct for colour-blind readers and in greyscale
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
 )

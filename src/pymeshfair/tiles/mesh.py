@@ -1,7 +1,7 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
 `Cells` has the vertices; the slot of a vertex is its row in the files. Other files have the faces at the vertices of each cell,
-with slots as corners. A tile keeps the order of the mesh. A round of normal filtering ends on all tiles before the next starts.
+with slots as corners. A tile (some cells) keeps the order of the mesh. A filter round ends on all tiles before the next starts.
 """
 
 import contextlib
