@@ -47,7 +47,7 @@ def setting_of_rounded(
     unit = mean_edge_length(smooth, scan.faces)
 
     def measures(result: Floats) -> tuple[float, float]:
-        """Returns the distance of the vertices from their rounding intervals, in steps, and its product with the roughness."""
+        """Returns the root mean square distance from the rounding intervals, in steps; and roughness * (this + `OUT_OF_STEP`)."""
         distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
         out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
