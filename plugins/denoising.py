@@ -73,7 +73,7 @@ CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
-#: a triangle is a sliver if its `triangle_shapes` is below this (height about 1/10 of the base); a larger share gets a note
+#: the `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
 #: the defaults of `normal_filtering`, for parameters that neither the caller nor the choice for the mesh sets
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
@@ -333,7 +333,7 @@ def apply_coord_bilateral_jones(
     """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
     Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold meshes
-    and loose triangles are filtered too; curved surfaces shrink less than by the filter along normals.
+    and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
     Args:
         space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.

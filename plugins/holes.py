@@ -50,7 +50,7 @@ def meshing_close_holes_by_fairing(
             selected, rims that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
-            'none' leaves them flat. Degenerate triangles may need a lower energy (named earlier or 'none'); a note says so.
+            'none' leaves them flat. Degenerate triangles may need a lower energy (one named before, or 'none'); a note says so.
         refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
             nothing is faired.
         rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.
@@ -58,7 +58,7 @@ def meshing_close_holes_by_fairing(
             if that fails; 'leave' fills the hole as if they were not there.
         selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
         mark: How new faces are marked in a saved file: 'scalar' replaces the face scalars by the number of the hole, from 1, and
-            by 0 on old faces; 'color' paints new faces orange, and old faces white if uncoloured; 'none' changes neither.
+            by 0 on old faces; 'color' paints new faces orange, and old faces white if they have no colours; 'none' does neither.
     """
     options: dict[str, Any] = {"max_edges": max_edges, "energy": energy, "refine": refine, "rounds": rounds, "islands": islands}
     touched = None
@@ -102,7 +102,7 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
 
 
 def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[int]) -> list[str]:
-    """Notes on the largest closed holes, holes with a `lower` energy, and rims left open against the wish of the user."""
+    """Notes on the largest closed holes, holes with a `lower` energy, and rims that were to be closed but stay open."""
     if not (filling.closed or filling.left_open):
         non_manifold = len(non_manifold_edges(layer.faces))
         if non_manifold == 0:

@@ -27,7 +27,7 @@ from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
-# Settings tried for each degree: numbers of neighbours, shares of the estimated range sigma, and the maximum of iterations.
+# Settings tried for each degree: numbers of neighbours, multiples of the estimated range sigma, the most iterations.
 # Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
@@ -70,7 +70,7 @@ def chosen_projection(
     A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
     and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
     wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are nearer to the true
-    surface than the points of the cloud are. This comparison assumes the noise of the calmest part everywhere.
+    surface than the points of the cloud are. This comparison takes the noise level of the calmest part for the whole cloud.
 
     The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
@@ -125,9 +125,9 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, its points' indices in the cloud, the spacing, and the reduction 4^k; None if it is clean or too small.
+    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None if the cloud is clean or too small.
 
-    As long as noise of more than half a spacing correlates between neighbours, a random quarter of the points is kept, k times.
+    The points are reduced to a random quarter k times, while noise above half a spacing correlates between neighbours.
     """
     kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
     while reduction == 1 or len(kept) >= _ENOUGH:
@@ -194,7 +194,7 @@ class CloudSample:
     def correlation(self) -> float:
         """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
 
-        It is the sum of s_i s_j over these pairs of neighbours, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
+        It is the sum of s_i s_j over the pairs of neighbours there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
         `height_residuals` divided by the local deviation. Independent noise has about -0.15, a surface without noise above 0.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
@@ -211,9 +211,9 @@ class CloudSample:
     def without(self, held: Ints) -> tuple[Floats, Floats]:
         """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to a quadric fitted to the others. Noise is then added up to the level of
-        the cloud, since a filter meets points with noise. Let s be the noise of a held-out point. A result at distance d from
-        the truth has the squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
+        Each held-out point moves along its normal to a quadric fitted to the other points. Noise is then added up to the level of
+        the cloud, since filters run on noisy points. Let s be the noise of a held-out point. A result at distance d from the
+        truth has the mean squared deviation s^2 + d^2, doing nothing 2 s^2, and the prediction, with noise g s, (1 + g^2) s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
@@ -227,7 +227,7 @@ class CloudSample:
 
 
 def _patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
-    """Returns (k, 3) all points or patches around points with the least `numbers`, (k,) their indices, (k,) which are inner."""
+    """Returns (k, 3) all points, or patches around the points with the least `numbers`; (k,) indices; (k,) which are inner."""
     if len(points) <= _WHOLE:
         return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
     seeds = np.argsort(numbers, kind="stable")[:_PATCHES]

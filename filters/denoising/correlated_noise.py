@@ -1,6 +1,6 @@
 """Chooses settings for noise that neighbours share, as in rounded coordinates, filtered depth maps and meshes fused from maps.
 
-Cross-validation fails here, because a good prediction of a held-out vertex includes its noise.
+Cross-validation fails for such correlated noise, because a good prediction of a held-out vertex includes its noise.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales for `noise_field`: to detect shared noise; and to fit it in a depth map, whose noise has one of three widths.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-# The same for fused maps, whose noise is correlated over five edges or more. The measure is the quantile at one third: the
+# The same for fused maps, whose noise is correlated over five edges or more; and the quantile that measures it, one third: the
 # calmest faces were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# Sampling of scans: residuals are good enough three edges from a border, patches are large enough for forty filter iterations.
+# Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
 
@@ -47,7 +47,7 @@ def setting_of_rounded(
     unit = mean_edge_length(smooth, scan.faces)
 
     def measures(result: Floats) -> tuple[float, float]:
-        """Returns the distance of the vertices from their rounding intervals, in steps, and its product with the roughness."""
+        """Returns the root mean square distance from the rounding intervals, in steps; and roughness * (this + `OUT_OF_STEP`)."""
         distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
         out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
         return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
@@ -120,8 +120,8 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, b
 class NoiseField(NamedTuple):
     """A model of the noise on a surface: a sum of white noises, each smoothed by a different number of steps."""
 
-    variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 without scored vertices
-    heights: Floats  # (n,) a sample of the noise along the normals, the same for the mesh moved, turned or renumbered
+    variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 if nothing can be measured
+    heights: Floats  # (n,) a sample of the noise along the normals; moving, turning or renumbering the mesh does not change it
     misfit: float = 0.0  # norm of the relative errors of the fitted residuals
 
 
@@ -131,7 +131,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the mean over the one-ring. The residuals of
     the points p at scale m are (I - W^m)^2 p. The measure at a scale is the quantile `calmest` of their local mean squares. For
     each width, the first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too.
-    The variances are the non-negative weights for which the weighted sum of these measures is closest to those of the surface.
+    The variances are the non-negative weights with which the sum of these measures best fits the measures of the surface.
     """
     points, scored = scan.points, scan.scored
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))

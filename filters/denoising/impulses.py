@@ -22,7 +22,7 @@ from .noise_level import smooth_normals
 #: vertices. "only" does the same, but moves nothing besides outliers.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
-# Outliers are searched until at most `_STEADY_SHARE` of them changes from one search to the next, at most `_SEARCHES` times.
+# The search for outliers repeats until at most `_STEADY_SHARE` of them change between searches, at most `_SEARCHES` times.
 _SEARCHES, _STEADY_SHARE = 4, 0.02
 # Large outliers hide smaller ones: a search has up to `_PASSES` passes, until a pass finds at most `_LAST_SHARE` of all vertices.
 _PASSES, _LAST_SHARE = 20, 1e-4
@@ -41,9 +41,9 @@ def without_outliers(
     """Returns (n, 3) vertices filtered by `smooth` without the influence of outliers; "keep" just filters once.
 
     1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
-    errs, an edge-preserving filter does not. 2. So the vertices `far_from` z are new candidates. The previous outliers stay
-    candidates, as outliers may not stand out if the filter removes details. 3. `put_back_along` moves the candidates in z. Those
-    whose move to z is `flattening` are outliers and move there. 4. All others return to the input, and the filter runs again.
+    errs, an edge-preserving filter does not. 2. So the vertices `far_from` z become candidates. Earlier outliers stay candidates,
+    as they may not stand out if the filter removes details. 3. `put_back_along` corrects z at the far vertices. Candidates whose
+    move to z is `flattening` are outliers and move there. 4. All other vertices return to the input, and the filter runs again.
     Missed outliers mislead it, so steps 2 to 4 repeat, except in cross-validation: held-out vertices are `certain` outliers.
     """
     check_choice("outliers", outliers, Outliers)
@@ -73,7 +73,7 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
 
     h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
     deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
-    and |h - m| exceeds 4 d: vertices that move together, as at a rounded edge, are not far. The test repeats without far ones.
+    and |h - m| exceeds 4 d: vertices that move together, as at rounded edges, are not far. The test repeats without far vertices.
     """
     heights = np.einsum("ij,ij->i", vertices - smoothed, normals)
     rings, used = one_rings(faces, len(vertices)), referenced_vertices(faces, len(vertices))
@@ -115,7 +115,7 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
 
 def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """Returns (n, 3) the vertices, outliers moved along the surface by a share of the offset to the mean of their neighbours.
+    """Returns (n, 3) the vertices, with outliers moved along the surface by a share of the offset to their neighbours' mean.
 
     The share (s^2 - t^2) / s^2 has the least error [james1961]: s is the root mean square offset of outliers, t that of others.
     """
@@ -176,8 +176,8 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
     """Returns (n,) which vertices of the mask `which` make the surface flatter if they move to their (n, 3) `moved` positions.
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
-    spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only that with the largest decrease of
-    roughness moves. The test is then repeated for all vertices; moved vertices may move back.
+    spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only the one with the largest decrease
+    of roughness moves. The test is then repeated for all vertices; moved vertices may move back.
     """
     is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)

@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a folded face keeps at first (0 restores spikes); the rings of faces `unfolded` needs.
+#: Corners of folded faces first keep this share of their move (0 would restore spikes); number of rings that `unfolded` needs.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -124,7 +124,7 @@ def relaxed(
 
 
 def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
-    """Returns (n, 3) the vertices moved by the part of their move along their unit normals."""
+    """Returns (n, 3) the vertices moved by only the normal component of the move from `vertices` to `moved`."""
     return np.asarray(vertices + np.einsum("ij,ij->i", moved - vertices, normals)[:, None] * normals)
 
 
@@ -159,7 +159,7 @@ def relaxed_part(
     """Relaxes a part of a mesh as `relaxed` does, but leaves the share of `outline_kept` to the caller.
 
     Returns (n, 3) the moved vertices; (n, 3) these vertices without the outline's moves along the surface; and for each of the
-    means p and q of `outline_kept` the sum of squares and their number. The sums go over the vertices of the mask `own`; the part
+    means p and q of `outline_kept` the sum and the number of squares. The sums go over the vertices of the mask `own`; the part
     has `rings_of_relaxation` rings around each of these. `is_open` says whether the whole mesh has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
@@ -182,8 +182,8 @@ def rings_of_relaxation(iterations: int) -> int:
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
     """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
-    While there are more folded faces, vertices go back, see `going_back`: first half of their move, then all of it. This ends,
-    because at least one vertex goes back each time.
+    While there are more folded faces than before, vertices go back, see `going_back`: first half of their move, then all of it.
+    This ends, because at least one vertex goes back each time.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):

@@ -30,13 +30,13 @@ from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, face_adjacency
 from .region import SurfaceOperator, evened_operator, surface_operator
 
-# The range of the fourth roots of weights on a mesh of size 1: a weight beyond it has the effect of 0 or of infinity.
+# Limits of the fourth root of the weight w, for a mesh of size 1: a weight outside them has the effect of 0 or of infinity.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
 # If the least feature weight is below `_EVEN` of the largest, systems of up to `_FACTORISED` unknowns are factorised.
 _EVEN, _FACTORISED = 0.05, 400_000
 # A root mean square error below this share of the diagonal of a component does not count.
 _ENOUGH = 1e-12
-# Conjugate gradients reduce the residual to this share between refinements, in at most this many steps.
+# Between refinements, conjugate gradients reduce the residual to the share `_INNER`, in at most `_MOST_ITERATIONS` steps.
 _INNER, _MOST_ITERATIONS = 1e-7, 200
 # Factors are quicker than multigrid up to `_QUICK_FACTORS` rows; up to `_MOST_ROWS` they take over if multigrid stalls.
 _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
@@ -45,7 +45,7 @@ _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
 _RANGE, _ITERATIONS = 0.25, 10
 # The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Multigrid cycles for the inverse of H, see `InnerSolver`. With one cycle, a detail size of many edges takes twice the steps.
+# Multigrid cycles for one inverse of H, see `InnerSolver`. With one cycle, detail sizes of many edges take twice the steps.
 _CYCLES = 2
 
 
@@ -76,8 +76,8 @@ def bilaplacian_smoothing(
 ) -> Floats:
     """Minimises sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2) over p': (S M^-1 W S + w M) p' = w M p [nealen2006].
 
-    A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion,
-    longer waves keep more, shorter waves less, and the area shrinks much less. One linear system is solved, without time steps.
+    A wave of length 2 pi / omega keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion, waves
+    longer than l keep more, shorter waves less, and the area shrinks much less. One linear system is solved, without time steps.
     L is the input's Laplace-Beltrami operator at inner vertices, C its stiffness and S = -C; A are vertex areas, M = diag(A).
 
     Args:
@@ -87,10 +87,10 @@ def bilaplacian_smoothing(
         feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
             and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
         border: "fixed": border vertices stay. "along": the same energy first smooths the border as a curve, then the interior
-            within it. "free": border vertices follow the interior and their own old places.
+            within it. "free": border vertices move with the interior, and stay near their old places.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        on_irregular: called if triangles are so uneven that the energy makes spikes, with the number of vertices in such
-            components. These are smoothed by their connectivity alone, see `evened_operator`.
+        on_irregular: called if the energy makes spikes, because triangles are very uneven, with the number of vertices in the
+            components with spikes. These components are smoothed by connectivity alone, see `evened_operator`.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
             vertices, factorisation takes up to 3 s between two calls; larger meshes are not factorised and take less.
 
@@ -171,7 +171,7 @@ class BendingEnergy(NamedTuple):
         """Returns the (n, 3) displacements of all vertices: the minimiser at free vertices, `prescribed` elsewhere."""
         if not free.any():
             return prescribed
-        # Division by a mean of both terms keeps the system finite for every w.
+        # Division by the sum of typical values of both terms keeps the system finite for every w.
         typical = float(self.mass[free].mean())
         unit = 1.0 / (1.0 / typical + self.weight * typical)
         columns = self.dirichlet if free.all() else sparse.csr_matrix(self.dirichlet[:, free])
@@ -271,8 +271,8 @@ class InnerSolver:
 
     The conjugate gradients are preconditioned by the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M,
     scaled by `unit`. If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w: a dozen steps are enough.
-    As H is of second order, its factors take a third of the time and memory of factors of that matrix. On large meshes two
-    multigrid cycles approximate the inverse of H; this takes three times the steps, but half the memory.
+    As H is of second order, its factors take a third of the time and memory that factors of the energy's matrix take. On large
+    meshes two multigrid cycles approximate the inverse of H; then three times the steps are needed, but half the memory.
     """
 
     def __init__(
@@ -286,7 +286,7 @@ class InnerSolver:
         enough: float,
         progress: Progress,
     ) -> None:
-        """Takes the energy's matrix; an error below the energy norm `enough` does not count."""
+        """Takes the energy's matrix; an error whose energy norm is below `enough` does not count."""
         self._matrix, self._dirichlet, self._masses, self._unit = matrix, dirichlet, mass, unit
         self._root, self._floating, self._enough, self._progress = math.sqrt(weight), floating, enough, progress
         #: H, kept while multigrid approximates its inverse; the factors of H do not need it
@@ -340,7 +340,7 @@ def feature_weights(
 
     These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
     surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
-    noise of up to a tenth of an edge length and keeps ridges; part of stronger noise remains, as if it were ridges. The 8th power
+    noise of up to a tenth of an edge length. It keeps ridges, but also keeps part of stronger noise. The 8th power
     makes the weight nearly 1 where the surface bends by half the angle a, and nearly 0 where it bends by twice the angle.
 
     Args:

@@ -16,7 +16,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# `one_is_inside_out` gives an answer if the neck for it bends at most this share as much as the neck for the other answer.
+# `one_is_inside_out` answers only if the neck for its answer bends at most `_CLEARLY` times as much as for the other answer.
 _CLEARLY = 0.5
 # If the centres of two rims are closer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0
@@ -74,8 +74,8 @@ def facing_rims(
 ) -> tuple[Ints, Ints]:
     """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.
 
-    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean, over the vertices of
-    both rims, of the distance to the nearest vertex of the other rim; both rims have the same weight.
+    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean of two values: for each rim, the
+    mean distance from its vertices to the nearest vertex of the other rim.
     """
     rims = [
         loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)

@@ -29,7 +29,7 @@ _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
 
 
 class TriangleTree(NamedTuple):
-    """A bounding volume tree: node i splits its triangles into nodes 2 i and 2 i + 1, at the median of the widest box side."""
+    """A bounding volume tree: node i splits its triangles into nodes 2 i and 2 i + 1, at the median along the widest axis."""
 
     triangles: Floats  # (m, 9) the first corner, the vector to the second corner, the vector to the third
     indices: Ints  # (m,) the face of each triangle
@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """(q,) the faces nearest to (q, 3) points (the first of equals), (q, 2) weights of corners 1 and 2, (q,) distances."""
+        """(q,) the faces nearest to (q, 3) points (of ties the lowest), (q, 2) weights of corners 1 and 2, (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances
@@ -174,14 +174,14 @@ class NearestPlaces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A mesh or a cloud as the target of distances; also exact far from the origin: differences are taken before squares."""
+    """A mesh or cloud to which distances are measured; exact also far from the origin: differences are taken before squares."""
 
     mesh: NormalisedMesh
     faces: Longs  # (m,) the index in the original mesh of each triangle of `mesh`
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
-        """The surface of (n, 3) vertices and (m, 3) triangles; without proper triangles the cloud of the vertices.
+        """The surface of (n, 3) vertices and (m, 3) triangles; the cloud of the vertices if all triangles are degenerate.
 
         Raises:
             FilterInputError: not a mesh, or no vertices.

@@ -30,7 +30,7 @@ _AT_ONCE = 200
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band of matrices below and from `_LARGE` rows. Wide bands need more orthogonalisation, narrow bands more factors.
+#: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow bands more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
@@ -43,7 +43,7 @@ BLOCK = 8
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
 #: Vectors added to these sizes; they matter if few modes are wanted.
 _SMALL = 40
-#: Locked modes are removed again after this many blocks, because rounding slowly brings them back.
+#: Locked modes, which are known already, are removed again after this many blocks, as rounding slowly brings them back.
 _RENEWAL = 2
 #: Columns that are processed between two calls of `progress`.
 _TOGETHER = 16
@@ -80,7 +80,7 @@ def lowest_eigenpairs(
     count = min(check_whole_number("count", count), n if constants else problem.n_waves)
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
-    # The number of BLAS threads changes the order of sums, and so their bits.
+    # The number of BLAS threads changes the order of sums, and so their last bits.
     with one_blas_thread():
         return _merge(problem, count, 0 if constants else 1, tolerance, progress)
 
@@ -138,7 +138,7 @@ def component_modes(
     data = part.data / (np.repeat(root, np.diff(part.indptr)) * root[part.indices])
     operator = sparse.csc_matrix((data, part.indices, part.indptr), shape=part.shape)
     kernel = root / np.linalg.norm(root)
-    # The largest absolute column sum bounds the highest eigenvalue.
+    # The largest sum of the absolute values in a column bounds the highest eigenvalue.
     highest = float(np.bincount(part.indices, np.abs(data), n).max())
     dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
     sliceable = count * _SLICED_SHARE + 20 <= n
@@ -226,7 +226,7 @@ def _by_slicing(
 class OneHarmonic:
     """A mode with a mean square of 1 over the whole surface."""
 
-    values: Floats  # (n,) at the vertices; 0 on other components and at vertices without a triangle
+    values: Floats  # (n,) at the vertices; waves are 0 on all components but one; 0 at vertices without a triangle
     eigenvalue: float  # kappa, in one over squared mesh units
     share_of_area: float  # the area of the components where the mode is not 0, as a share of the whole area
     n_components: int  # the number of components of the surface
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; these must have smaller residuals.
+    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; the limit for their residuals is smaller.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -378,7 +378,7 @@ def _factors_at_next_shift(
 def modes_near(
     factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """Computes the `below` modes of A below the shift and at least the next `above` modes above it; `locked` modes do not count.
+    """Computes `below` modes of A below the shift and at least the next `above` modes above it, besides the known `locked` modes.
 
     Runs block Lanczos [grimes1994] on (A - shift I)^-1 and makes each block orthogonal to all earlier ones. One inverse iteration
     improves the Ritz vectors; it needs no solve, because the last block contains its result. The residual in A is then the Ritz

@@ -29,7 +29,7 @@ def picture(
     ] = "plain",
     view: Annotated[
         str,
-        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="The side, or the degrees to the right and upwards."),
+        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="The side seen, or degrees to the right and upwards."),
     ] = "front",
     up: options.Up = "y",
     zoom: Annotated[
@@ -115,6 +115,6 @@ def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], floa
     except (ValueError, IndexError):
         count = len(read.mesh.vertices)
         raise ParameterError(
-            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {count} vertices of {read.path.name}"
+            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, with N below the vertex count {count} of {read.path.name}"
         ) from None
     return (float(x), float(y), float(z)), extent

@@ -80,7 +80,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
-    rounding = max([0.0, *moves])  # in the types of the file
+    rounding = max([0.0, *moves])  # the largest rounding error in the types of the file
     if rounding > 0.0 and writing is not None and rounding > _ROUNDING * writing.resolution():
         notes.append(f"coordinates are written as double, as {narrow[0].type} would round them")
         properties = tuple(replace(p, type="double") if p.name in ply.PLACE else p for p in rows.element.properties)
@@ -272,7 +272,7 @@ def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
 
 def _packed(row: Table, order: str) -> bytes:
     n = row.element.count
-    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # for each field: the bytes of all rows, and how many a row has
+    fields: list[tuple[NDArray[np.uint8], Longs]] = []  # by field: the bytes of all rows, and the byte count of each row
     for p in row.element.properties:
         column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of the rows in the source file, with changed numbers in a text; None if rows must be written anew."""
+    """Returns the rows' bytes in the source file, in a text with changed numbers replaced; None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

@@ -38,7 +38,7 @@ class Source:
 
     path: Path
     format: str  # its format, an extension in lower case
-    document: Any = None  # what the reader keeps for the writer of its format, which writes unchanged parts as they were
+    document: Any = None  # what the reader keeps for the writer of this format, so that unchanged parts are written as they were
     #: names of contents that `MeshData` cannot hold; only a file of the same format can keep them
     extras: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers

@@ -101,12 +101,12 @@ class Former:
     invented: bool = False  # the name was never MeshLab's; `now` is the filter that scripts with this name mean
     sets: Mapping[str, str] = field(default_factory=dict)  # values by parameter, for parameters that the script does not give
     renames: Mapping[str, str] = field(default_factory=dict)  # new names of parameters, by old name
-    #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters; there ``*`` stands for the
-    #: old value and ``-*`` for its negative
+    #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters, in which ``*`` stands for
+    #: the old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     #: removed parameters, with the old value for which MeshLab does the same today; None if it does so for every value
     drops: Mapping[str, str | None] = field(default_factory=dict)
-    #: removed parameters without an equivalent today, with what changes
+    #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
     #: ``"left"`` if the filter once kept the current layer, while its result is the current layer today; ``"current"`` if its

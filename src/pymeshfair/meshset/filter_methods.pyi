@@ -523,7 +523,7 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
         Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold
-        meshes and loose triangles are filtered too; curved surfaces shrink less than by the filter along normals.
+        meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
@@ -5824,7 +5824,7 @@ class FilterMethods(metaclass=LateMethods):
                 from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
-                follows noise there; 'none' leaves them flat. Degenerate triangles may need a lower energy (named earlier or
+                follows noise there; 'none' leaves them flat. Degenerate triangles may need a lower energy (one named before, or
                 'none'); a note says so.
             refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices,
                 and nothing is faired.
@@ -5834,8 +5834,8 @@ class FilterMethods(metaclass=LateMethods):
                 open if that fails; 'leave' fills the hole as if they were not there.
             selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
             mark: How new faces are marked in a saved file: 'scalar' replaces the face scalars by the number of the hole, from
-                1, and by 0 on old faces; 'color' paints new faces orange, and old faces white if uncoloured; 'none' changes
-                neither.
+                1, and by 0 on old faces; 'color' paints new faces orange, and old faces white if they have no colours; 'none'
+                does neither.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

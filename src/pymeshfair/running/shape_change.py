@@ -58,7 +58,7 @@ class Origins:
 
     @cached_property
     def displaced(self) -> tuple[NDArray[np.int64], Floats]:
-        """The followed vertices and their displacements; of a new mesh all vertices and their distances from the input."""
+        """The followed vertices and their displacements; if not `followed`, all vertices and their distances from the input."""
         if self.followed:
             return np.flatnonzero(self.vertices >= 0), self._moves
         return np.arange(len(self.vertices)), self.distances
@@ -100,7 +100,7 @@ def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, 
 
 @dataclass(frozen=True)
 class Moved:
-    """Displacements of the followed vertices; of a new mesh the distances of all its vertices from the input."""
+    """Displacements of the followed vertices; if the mesh is new, the distances of all its vertices from the input."""
 
     same: bool  # whether the vertices were followed; if not, the mesh is new
     count: int  # the number of vertices that were compared
@@ -164,8 +164,8 @@ class ShapeChange:
     removed: Part  # elements of the input that the result does not have
     turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
     folded: Folded | None  # the faces that were folded over; None if there are no more of them than before
-    #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; from a sample of a large
-    #: mesh. None if no vertex moved, or if the noise hides all relief
+    #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
+    #: sample is measured. None if no vertex moved, or if the noise hides all relief
     relief_lost: float | None = None
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none
     sharp_kept: float | None = None  # the share of the sharp edges' length that is still sharp; None without sharp edges
@@ -219,7 +219,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # outliers count in full, as energies are compared
+    noise = scan.noise.deviation  # from a mean square, in which outliers count in full, as energies are compared
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
@@ -243,7 +243,7 @@ def warnings_of(
     remedies = [text for text in (milder(steps), other and f"take {other}") if text]
     if dimensions:
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
-        yield f"the shape has other dimensions, noise at its ends aside: {sides}{_advice('. To keep them: ', remedies)}"
+        yield f"the shape's dimensions have changed, apart from noise at its ends: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
         where = ", ".join(f"{c:.6g}" for c in moved.place)
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
@@ -363,7 +363,7 @@ def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, i
 
 
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the state of an element; the face scalar of the map
-#: red, green, blue, opacity: grey, orange, blue, purple; distinct for colour-blind readers and in grey
+#: red, green, blue, opacity of each state: grey, orange, blue, purple; distinct for colour-blind readers and in greyscale
 COLORS: NDArray[np.uint8] = np.array(
     [[200, 200, 200, 255], [222, 143, 5, 255], [1, 90, 178, 255], [120, 40, 110, 255]], dtype=np.uint8
 )

@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the result differs from that of the old script in the old MeshLab or in today's; empty if it is equal
+    meaning: str = ""  # how the result differs from the old script's in the MeshLab of its time or of today; empty if it is equal
 
     @property
     def same_meaning(self) -> bool:
@@ -164,7 +164,7 @@ class Script:
     path: Path | None = field(default=None, compare=False)  # the file of the script
     guards: Guards = NO_GUARDS  # the limits on the result
     settings: tuple[Setting, ...] = ()  # the named values that steps share
-    unit: str = ""  # the unit of the scans it is meant for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
+    unit: str = ""  # the unit of the scans the script is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
         """A problem with a step, or with its parameter that has this name in scripts."""

@@ -1,7 +1,7 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-`Cells` has the vertices, each in a slot. Other files have the faces at the vertices of each cell; their corners are slots.
-A tile keeps the order of the mesh. Each round of normal filtering starts when the previous round is done on all tiles.
+`Cells` has the vertices; the slot of a vertex is its row in the files. Other files have the faces at the vertices of each cell,
+with slots as corners. A tile (some cells) keeps the order of the mesh. A filter round ends on all tiles before the next starts.
 """
 
 import contextlib
@@ -40,7 +40,7 @@ class Surface:
     """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
     cells: Cells  # the cells of the vertices
-    #: (b + 1,) the slot at which each bucket begins; each bucket has a file of the faces at its vertices
+    #: (b + 1,) the first slot of each bucket, a range of cells that fits into memory; its file has the faces at its vertices
     buckets: tuple[int, ...]
 
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
@@ -221,7 +221,7 @@ class MeshTiles:
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the final coordinates sorted by number; returns the corners of their box."""
+        """Writes the final coordinates sorted by vertex number; returns the corners of their bounding box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
@@ -262,7 +262,7 @@ class FilteringTiles:
         return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
-        """Moves the vertices to the result of `relax`; border vertices go only `share` of their way along the surface."""
+        """Moves the vertices to the result of `relax`; border vertices make only `share` times their move along the surface."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.state.read(begin, end)
@@ -309,7 +309,7 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> int:
-        """Moves vertices at new folds back, to `share` of their way; returns how many more faces are folded than before."""
+        """Moves vertices at new folds back to a share of their move; returns how many more faces are folded than before."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))

@@ -78,7 +78,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 
 def script_with(script: Script, settings: Sequence[Any]) -> Script:
-    """Returns the script with the steps that are on and the values from the page; raises `ChoiceError` for a wrong value.
+    """Returns the script with the steps that are switched on and the page's values; raises `ChoiceError` for a wrong value.
 
     Values are texts by parameter name, in the form for `parse_value`; MeshLab computes the value for an empty text.
     """

@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undoes a complete or partial `grow` on the current layer, except what `grow` leaves to its caller."""
+    """Undoes a complete or partial `grow`, except what `grow` leaves to its caller; `vertices` and `faces` are the old ones."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to subdivide a triangle for so many vertices, and for so many faces with all vertices made by the cut."""
+    """Returns how often to subdivide a triangle for `vertices` vertices, and `faces` faces with all corners made by cutting."""
     times = 1
     while True:
         side = 2**times

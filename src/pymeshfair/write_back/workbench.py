@@ -16,10 +16,10 @@ from ..mesh_data import MeshData, View, as_levels
 from ..mesh_data.mesh_data import LazyAttributes
 from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
-#: The most morphs of one move: a morph computes s + (t - s) in floating point; a second one corrects the rounding error.
+#: The most morphs for one move. A morph from s to t computes s + (t - s); a second morph corrects the rounding error.
 _MOST_MORPHS = 3
 _KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
-#: by array of `Layer`, pymeshlab's method that returns it
+#: for each array of `Layer`, the method of pymeshlab that returns it
 _ARRAYS = {
     **{"vertices": "vertex_matrix", "faces": "face_matrix", "edges": "edge_matrix"},
     **{f"{element}_{kind}": f"{element}_{method}" for kind, method in _KINDS.items() for element in ("vertex", "face")},
@@ -76,8 +76,8 @@ class Workbench:
     Attributes:
         meshset: the mesh set; any `pymeshlab.MeshSet` serves.
         helper_ids: ascending ids of helper layers, also of removed ones. MeshLab never uses an id twice, so ids have gaps.
-        verbose: whether the mesh set reports its own filters on the screen; those applied here are silent.
-        prints_parameters: whether the mesh set reports the parameters of its own filters.
+        verbose: whether the mesh set reports its filters on the screen; filters applied by `apply` are always silent.
+        prints_parameters: whether the mesh set reports the parameters of its filters, too.
     """
 
     def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
@@ -157,7 +157,7 @@ class Workbench:
             BASE.set_current_mesh(self.meshset, current)
 
     def move_to(self, mesh: Any, places: NDArray[np.float64]) -> None:
-        """Moves the vertices of the current layer, which has faces, to (n, 3) places; raises `MeshError` if a place differs."""
+        """Moves the vertices of the current layer, which has faces, exactly to (n, 3) places; raises `MeshError` if it fails."""
         with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
             for _ in range(_MOST_MORPHS):
                 self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
