@@ -186,7 +186,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of a step; yields a dict for the filter's report, with "notes" (sentences), and a progress function."""
+        """Sends the events of a step; yields a dict for the filter's report ("notes": sentences), and a progress function."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]

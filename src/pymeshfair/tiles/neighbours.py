@@ -204,7 +204,7 @@ class Links(Part):
 
 
 class StrayTiles(PointTiles):
-    """The tasks of the filter Select Stray Points; the results mark such points. Parts are connected components of linked points."""
+    """The tasks of Select Stray Points; the results mark stray points. A part is a connected component of linked points."""
 
     result = "u1", 1
 
