@@ -3728,8 +3728,9 @@ class FilterMethods(metaclass=LateMethods):
         Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
-                probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
+            neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More points give
+                steadier probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at
+                least 1.
             extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives
                 lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
             threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
@@ -3830,7 +3831,7 @@ class FilterMethods(metaclass=LateMethods):
         The selection of vertices is replaced. Faces are ignored. Returns the number of selected points.
 
         Args:
-            neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take
+            neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
             sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
                 sparser parts of a scan, and also denser hazes. Takes a number of at least 1.
