@@ -47,8 +47,8 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected vertices, the largest and the mean probability.
 
     Args:
-        neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More points give
-            steadier probabilities, blur borders between dense and sparse parts, and take longer.
+        neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
+            probabilities, blur borders between dense and sparse parts, and take longer.
         extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives lower
             probabilities, so fewer points are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.

@@ -281,7 +281,7 @@ class _Reader:
 
 
 def _matrix(node: _Node) -> Floats:
-    """Returns (4, 4) T C R S C^-1: translation, center, rotation, and S, which scales along axes turned by ``scaleOrientation``."""
+    """Returns (4, 4) T C R S C^-1: translation, center, rotation; S scales along axes turned by ``scaleOrientation``."""
     turn, axes = (scenes.rotation(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
     linear = turn @ axes @ np.diag(node.numbers("scale", "1 1 1", 3)) @ axes.T
     center = node.numbers("center", "0 0 0", 3)

@@ -3728,9 +3728,8 @@ class FilterMethods(metaclass=LateMethods):
         Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More points give
-                steadier probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at
-                least 1.
+            neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
+                probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
             extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives
                 lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
             threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
