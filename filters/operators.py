@@ -42,9 +42,9 @@ OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent"
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)
 SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
 #: A mesh needs the robust operator if the doubled area of a triangle is below this share of its summed squared edges: cotangents
-#: then make the spectrum so wide that the rounding of the highest eigenvalues hides the lowest ones.
+#: then make the spectrum so wide that the rounding errors of the highest eigenvalues hide the lowest.
 _SLIVER = 1e-5
-#: Intrinsic mollification lengthens all edges until each triangle inequality holds by this share of the mean edge [sharp2020].
+#: Intrinsic mollification lengthens all edges until triangle inequalities hold with this margin, in mean edges [sharp2020].
 _MOLLIFIED = 1e-5
 #: The number of neighbours in the triangulation around a point of a cloud.
 _NEIGHBOURS = 30
@@ -230,7 +230,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
     L p is the mean curvature vector 2 H n. On a sphere it points inwards and tends to -2 p / r^2. On subdivided icosahedra of
     edge length h the error is of the order h at the worst vertices, h^1.4 in the mean square, and 0 at the vertices of valence 5,
-    whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at these vertices on every level. The unit
+    whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at these vertices at every level. The unit
     of L is one over a squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))
@@ -257,7 +257,7 @@ def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matri
 def halved_cotangents(
     ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float
 ) -> tuple[float, float]:
-    """Half the cotangents at u and at v of the triangle (0, u, v), given also the squared lengths of u and v."""
+    """Half the cotangents at u and at v of the triangle (0, u, v); `uu` and `vv` are the squared lengths of u and v."""
     dx, dy, dz = vx - ux, vy - uy, vz - uz
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz)) + NEVER_ZERO
@@ -387,7 +387,7 @@ def _sum_areas(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> Non
 
 @compiled
 def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float) -> float:
-    """The mixed Voronoi area at corner 0 of the triangle (0, u, v), given also the squared lengths of u and v."""
+    """The mixed Voronoi area at corner 0 of the triangle (0, u, v); `uu` and `vv` are the squared lengths of u and v."""
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
     if doubled == 0.0:

@@ -1,4 +1,4 @@
-"""M-estimators (cost, influence and weight of deviations), and robust estimates of deviation, mean and line."""
+"""M-estimators (cost, influence and weight of deviations), and robust estimates of standard deviation, mean and line."""
 
 import math
 from collections.abc import Callable
@@ -37,7 +37,7 @@ KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KE
 SMALLEST_DEVIATION = 1e-6
 #: The codes of the kernels as constants of compiled functions.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in units of sigma: psi is x to a1, constant to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
+#: Hampel's a1, a2, a3 in sigmas: psi is x up to a1, constant up to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
@@ -120,11 +120,11 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-# Loops over this function must be vectorised. With a constant code only the branch of this code is left; it computes both sides
-# of a condition and selects one. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
+# Loops over this function must be vectorised. With a constant `code` only one kernel is left; it computes both sides of a
+# condition and selects one. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
-    """Returns the weight of one deviation in compiled functions, by the kernel's `KERNEL_CODES`; sigma is above 0."""
+    """Returns the weight of one deviation, for compiled functions; `code` is from `KERNEL_CODES`, sigma is above 0."""
     size = abs(x)
     u = size / sigma
     result = 2.0
@@ -198,8 +198,8 @@ def weigh(
 def exponential(x: float) -> float:
     """Returns exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for smaller x.
 
-    It is 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. There are no branches and
-    no calls, so that loops are vectorised, and the bits are the same on all processors.
+    It computes 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. Loops over it are
+    vectorised, since it has no branches and no calls; the bits are the same on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE
@@ -223,12 +223,12 @@ def exponential(x: float) -> float:
     return series * power if x >= _LEAST else 0.0
 
 
-#: The standard deviation of normal residuals, divided by their median absolute value.
+#: The standard deviation of normally distributed residuals, divided by their median absolute value.
 _MEDIAN_TO_DEVIATION = 1.4826022185056018
 
-#: The sigma, in standard deviations of the noise, for which the robust mean of normal samples has 95 % of the efficiency of the
-#: plain mean. "truncated_l1" cannot reach 95 % and has the sigma of "truncated_l2"; "hampel" has Hampel's a1 = 2; "l2" and "l1"
-#: do not depend on sigma.
+#: The sigma, in standard deviations of the noise, for which the robust mean of normally distributed samples has 95 % of the
+#: efficiency of the plain mean. "truncated_l1" cannot reach 95 % and has the sigma of "truncated_l2"; "hampel" has Hampel's a1,
+#: which is 2; "l2" and "l1" do not depend on sigma.
 SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
@@ -244,7 +244,7 @@ class Line(NamedTuple):
 
 
 def robust_deviation(residuals: ArrayLike) -> float:
-    """Estimates the standard deviation of normal residuals r of mean 0 by 1.4826 median |r|; fewer than half may be outliers.
+    """Estimates the standard deviation of Gaussian residuals r of mean 0 by 1.4826 median |r|; fewer than half may be outliers.
 
     If more than half of the residuals are exactly 0, the result is the mean of |r|.
 
@@ -256,7 +256,7 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """Returns the m that minimises sum rho(x_i - m) [huber1964]: from the median, by m <- sum g_i x_i / sum g_i with weights g_i.
+    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i from the median; g_i are weights.
 
     Args:
         x: (n,) at least one sample.

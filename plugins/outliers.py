@@ -47,7 +47,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected vertices, the largest and the mean probability.
 
     Args:
-        neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
+        neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
         extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives lower
             probabilities, so fewer points are selected.
@@ -75,7 +75,7 @@ def compute_selection_by_stray_points_per_vertex(
     The selection of vertices is replaced. Faces are ignored. Returns the number of selected points.
 
     Args:
-        neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take longer.
+        neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take longer.
         sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
             sparser parts of a scan, and also denser hazes.
         smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps.
@@ -143,7 +143,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
 
 def _left_out(cloud: Floats, spacing_at: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
-    """Returns a note on the share of points, from a sample of thousands, without surface nearby; none if the share is 0."""
+    """Returns a note on the share of points without surface nearby, from a sample of thousands; none if the share is 0."""
     if not len(faces):
         return ()
     sample = slice(None, None, max(1, len(cloud) // 10_000))

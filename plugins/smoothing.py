@@ -50,8 +50,8 @@ def apply_coord_implicit_fairing(
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
             'conformalized' updates only the areas, so that thin parts do not pinch off.
         preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-        keep_dimensions: Undo the part of the motion along the normals that neighbours share: limbs keep their thickness and
-            the shape keeps its size, on open surfaces too. Not for point clouds.
+        keep_dimensions: Undo the motion along the normals as far as neighbours move alike: limbs keep their thickness and the
+            shape keeps its size, on open surfaces too. Not for point clouds.
     """
     options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
     options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
@@ -171,7 +171,7 @@ def apply_coord_taubin_fairing(
         step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
             Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda).
-        iterations: The number of pairs of steps. More pairs smooth more. 'auto' takes the number of least expected slope error.
+        iterations: The number of step pairs. More pairs smooth more. 'auto' takes the number with the least expected slope error.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 
@@ -255,9 +255,9 @@ class Diffusion:
     """The common parameters of diffusion that stops at edges, where values jump.
 
     Attributes:
-        range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian',
+        range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian',
             1 / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
-            stop the flow at edges; 'huber' slows it there; 'l2' does not.
+            stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
         step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a vertex.
             Larger is smoother per iteration.
     """

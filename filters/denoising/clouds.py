@@ -55,17 +55,17 @@ def bilateral_projection(
         points: (n, 3) coordinates.
         normals: (n, 3) of any length and sign, kept through all iterations; a point with the normal 0 stays. None: estimated
             again in every iteration, see `normals_of`.
-        neighbors: number of neighbours, below n. More of them average over a larger region and take longer.
+        neighbors: number of neighbours, below n. More neighbours average over a larger region and take longer.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
-        range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: from the median height of the
-            neighbours in the input.
+        range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: computed from the median
+            absolute height of the neighbours in the input.
         space_sigma: scale of f in the unit of the points. Larger makes the weights of near and distant neighbours more equal.
             None: the kernel's radius, sqrt(2) sigma, is the mean distance of the farthest neighbour.
         iterations: number of iterations. More iterations smooth more; the time is proportional to their number.
-        degree: 1 or 2. Quadrics follow curvature, and need four times as many neighbours for the same noise.
+        degree: 1 or 2. Quadrics follow curvature, but need four times as many neighbours to reduce noise as much.
         movable: (n,) bool, which points may move, None for all. Fixed points still count as neighbours.
-        progress: called after every step.
+        progress: called after every iteration.
 
     Returns:
         (n, 3) float64. Points that do not move keep every bit. Deterministic, for any number of threads.
@@ -100,7 +100,7 @@ def projections(
 ) -> Iterator[Floats]:
     """Yields the points after each iteration of `bilateral_projection`, without end; nothing if a kernel's sigma is 0.
 
-    The arguments are those of `bilateral_projection`, but the points are normalised, and the sigmas are multiplied by `scale`.
+    The arguments are those of `bilateral_projection`, but the points are already multiplied by `scale`, the sigmas are not.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -141,16 +141,16 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
     for part in blocks(len(indices)):
         covariances = np.empty((part.stop - part.start, 3, 3))
         over_range(_covariances, len(covariances), points, indices, part.start, covariances)
-        # Scaled, so that tiny neighbourhoods do not underflow. Eigenvalues ascend, so the first vector has the least variance.
+        # The scaling prevents underflow in tiny neighbourhoods. Eigenvalues ascend, so the first vector has the least variance.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
         normals[part] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit normals, each the mean of a normal and its neighbours' normals turned to its side, as in MeshLab.
+    """Returns (m, 3) unit means of each normal and its neighbours' normals, which are flipped to its side, as in MeshLab.
 
-    `normals` are (n, 3) unit normals of any sign; `indices` has the k neighbours of each of the first m.
+    `normals` are (n, 3) unit normals of any sign; `indices` has the (m, k) neighbours of the first m points.
     """
     smooth = np.empty((len(indices), 3))
     for part in blocks(len(indices)):
@@ -164,7 +164,7 @@ def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
 
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:
-    """Returns (n, 3) the normals scaled to length 1; a normal of 0 stays. Raises `FilterInputError` unless there are n."""
+    """Returns (n, 3) the normals scaled to length 1; a normal of 0 stays. Raises `FilterInputError` unless n are given."""
     directions = check_points(normals)
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one per point, got {directions.shape}")
@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # A polynomial that passes on more noise than the point has would extrapolate.
+            # Limit 1: a polynomial that passes on more noise than the point has extrapolates, so a simpler one replaces it.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

@@ -129,7 +129,7 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals around.
+    """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals nearby.
 
     In this third no sharp features hide weak noise; pure noise gives 0.07. Both numbers are 0 without inner vertices.
     """

@@ -53,7 +53,7 @@ class Rounding(NamedTuple):
     def distances_outside(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
         """Returns (n,) how far (n, 3) points are outside the intervals that round to the `rounded` points, in units of the step.
 
-        The unrounded points have the distance 0. With several axes the distance is measured along the axes and along the (n, 3)
+        Points before rounding have the distance 0. With several axes the distance is measured along the axes and along the (n, 3)
         unit `normals`; the smaller distance counts, since every filter slides vertices along the surface.
         """
         moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
@@ -111,7 +111,7 @@ def _axes(normals: Floats) -> list[Floats]:
 
 
 def _levels(heights: Floats, width: float) -> Floats | None:
-    """Returns the middles of the levels of heights, ascending; None for fewer than three levels, or one thicker than `width`."""
+    """Returns the middles of the levels of heights, ascending; None for fewer than three levels, or any thicker than `width`."""
     heights = np.sort(heights)
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]

@@ -10,7 +10,7 @@ from ..mesh import Floats
 #: contacts lie on two sides of the body. Smaller angles are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
 _MOST_STEPS = 30  # the search for the balls ends after this number of steps
-_SAME = 1e-6  # a point counts as inside a ball if it is nearer to the centre by more than this share of the radius
+_SAME = 1e-6  # a point counts as inside a ball if its distance from the centre is below (1 - `_SAME`) times the radius
 
 
 def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress: Progress = ignore_progress) -> Floats:

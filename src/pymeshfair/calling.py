@@ -23,7 +23,7 @@ _NEEDS: dict[MeshElement, tuple[str, Callable[[Layer], bool]]] = {
 
 
 class StoppedError(PymeshfairError):
-    """The progress callback raised an exception, the cause of this one, to stop the work."""
+    """The progress callback raised an exception to stop the work; ``__cause__`` is that exception."""
 
 
 def check_needs(declared: Filter, layer: Layer) -> None:
@@ -53,8 +53,8 @@ def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[
 def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
     """Calls a plugin's filter and returns its edit; `inputs` are all parameter values, from `resolved`.
 
-    `on_progress` receives the completed share of the work. If it raises an exception that leaves the filter, `call` raises
-    `StoppedError` with it as cause. Other exceptions of the filter are passed on. `MeshError`: the edit does not fit the layer.
+    `on_progress` receives the completed share of the work. If it raises an exception that the filter does not catch, `call`
+    raises `StoppedError` with this cause. Other exceptions are passed on. `MeshError`: the edit does not fit the layer.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []
@@ -78,5 +78,5 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 
 
 def reason(error: Exception) -> str:
-    """The message of an error, after the class name if the error is not one of pymeshfair."""
+    """The message of an error; if the error is no `PymeshfairError`, the name of its class comes first."""
     return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"

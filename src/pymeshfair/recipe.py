@@ -100,13 +100,13 @@ class Recipe:
 
 
 def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
-    """The names of the shipped recipes, or only of the superseded ones, in alphabetical order."""
+    """The names of the shipped recipes that are not superseded, or of those that are, in alphabetical order."""
     return tuple(sorted(_scripts("superseded" if superseded else ".")))
 
 
 @dataclass(frozen=True)
 class RecipeHead:
-    """The head of a shipped recipe, read without its filters."""
+    """The head of a shipped recipe, read without loading filters."""
 
     name: str  # the name to load it by
     info: RecipeInfo  # the parsed head comment

@@ -1,4 +1,4 @@
-"""Finds filters: those of pymeshfair and third parties by entry points, those of MeshLab in the table of facts.
+"""Finds filters: those of pymeshfair and third parties by entry points, those of MeshLab in the table of `meshlab.facts`.
 
 A plugin that cannot be loaded is recorded, and the others still work.
 """

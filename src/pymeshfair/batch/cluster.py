@@ -1,4 +1,4 @@
-"""Runs a batch on the workers of a dask scheduler: each worker has a `Station` during the batch."""
+"""Runs a batch on the workers of a dask scheduler: each worker has a `Station`, which does its tasks."""
 
 from __future__ import annotations
 

@@ -55,8 +55,8 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Replace both output streams by `LastingStream`; a closed stream gets the null device, so that no file gets its number."""
-    while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # each call opens the lowest free file number
+    """Replace both output streams by `LastingStream`; a closed one gets the null device, so that no file takes its descriptor."""
+    while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # each call takes the lowest free descriptor
         pass
     os.close(number)
     for name, number in (("stdout", 1), ("stderr", 2)):
@@ -168,7 +168,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input: at most one byte above the limit, so that larger scripts are refused."""
+    """The bytes of a script's file or of standard input; one byte above the limit is enough, since larger scripts are refused."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

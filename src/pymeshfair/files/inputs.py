@@ -82,7 +82,7 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow has its own limit of pixels
+            warnings.simplefilter("ignore")  # Pillow warns above a limit of its own
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:

@@ -21,7 +21,7 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; packing shrinks numbers to a tenth
+#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; compressed meshes take about a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of `zipfile` about an archive that is damaged, encrypted, or of an unknown kind
@@ -273,7 +273,7 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes a mesh as the only object of a 3MF file, with every digit of its coordinates, in its unit or in millimetres."""
+    """Writes a mesh as the only object of a 3MF file, with every digit; the unit is the mesh's, or mm if 3MF does not know it."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))

@@ -172,7 +172,7 @@ class _Parser:
 
 
 def read_x3d(path: Path, references: References) -> Reading:
-    """Reads a scene in XML."""
+    """Reads a scene in X3D's XML syntax."""
     root = scenes.read_tree(path.read_bytes())
     scene = root.find("Scene")
     if root.tag != "X3D" or scene is None:
@@ -281,7 +281,7 @@ class _Reader:
 
 
 def _matrix(node: _Node) -> Floats:
-    """Returns the (4, 4) matrix T C R S C^-1; S scales along axes turned by ``scaleOrientation``."""
+    """Returns (4, 4) T C R S C^-1: translation, center, rotation; S scales along axes turned by ``scaleOrientation``."""
     turn, axes = (scenes.rotation(v[:3], v[3]) for v in (node.numbers(n, "0 0 1 0", 4) for n in ("rotation", "scaleOrientation")))
     linear = turn @ axes @ np.diag(node.numbers("scale", "1 1 1", 3)) @ axes.T
     center = node.numbers("center", "0 0 0", 3)
@@ -307,7 +307,7 @@ def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
 def _polygon_part(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """Makes a part from polygons, or from triangles of strips and fans; `chosen` has the corner indices of the triangles."""
+    """Makes a part from polygons, or from triangles of strips and fans; `chosen` indexes the triangles' corners in `corners`."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:

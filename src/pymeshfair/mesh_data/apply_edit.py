@@ -243,8 +243,8 @@ def _continued_texture(
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
     The image has no pixels for added faces. So an added face shows the colour of one near old face: the one most similar to a
-    blend of the colours around. Without an image, (height, width, 3) `pixels`, this is the donor of the added face. Corners are
-    not used, since the image may show pixels of other charts there.
+    blend of the colours around. Without an image, (height, width, 3) `pixels`, it shows the colour of its donor. Corners are not
+    used, since the image may show pixels of other charts there.
 
     `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.
     """
@@ -263,7 +263,7 @@ def _continued_texture(
     is_used[faces[donor_faces]] = True
     nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
-    # Contrast as a fourth coordinate prefers faces of uniform colour to faces across an edge in the image.
+    # Three further coordinates, the contrast in each colour, prefer faces of uniform colour to faces across an edge in the image.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
     return np.asarray(centroids[donor_faces[chosen]])

@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`pymeshfair.MeshSet` imports this module before a program can replace `pymeshlab.MeshSet`. Errors here belong to both libraries.
+`MeshSet` imports this module before a program can replace `pymeshlab.MeshSet`. Most errors derive from errors of both libraries.
 """
 
 import threading
@@ -37,7 +37,7 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Makes MeshLab drop its pointer to the mesh set in which a filter has just failed.
 
     Until the next filter succeeds, MeshLab writes messages to the log of that mesh set, even after the set is freed. So a filter
-    runs here on a mesh set that is never freed. MeshLab never drops the log of a verbose mesh set: so this set is kept, too.
+    runs here on a mesh set that is never freed. MeshLab never drops the log of a verbose mesh set, so such a set is kept, too.
     """
     keeper = _keeper()
     keeper.apply_filter("set_selection_none")
@@ -55,7 +55,7 @@ def _keeper() -> Any:
 
 
 class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
-    """There is no filter, or no parameter of a filter, of that name; `suggestion` is the nearest name."""
+    """No filter, or no parameter of a filter, has this name; `suggestion` is the nearest name."""
 
 
 class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]

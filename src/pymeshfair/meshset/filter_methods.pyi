@@ -136,9 +136,9 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex colours over the mesh and keeps their edges (jumps): red, green and blue alike. Opacity stays.
 
         Args:
-            range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian', 1 / (1
-                + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
-                stop the flow at edges; 'huber' slows it there; 'l2' does not.
+            range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian', 1
+                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and
+                'truncated_l2' stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
             range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white
                 differ by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median
                 difference. Takes a number of at least 0, or 'auto'.
@@ -970,7 +970,7 @@ class FilterMethods(metaclass=LateMethods):
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
                 'conformalized' updates only the areas, so that thin parts do not pinch off.
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
-            keep_dimensions: Undo the part of the motion along the normals that neighbours share: limbs keep their thickness and
+            keep_dimensions: Undo the motion along the normals as far as neighbours move alike: limbs keep their thickness and
                 the shape keeps its size, on open surfaces too. Not for point clouds.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
@@ -1372,7 +1372,7 @@ class FilterMethods(metaclass=LateMethods):
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda). Takes a
                 number from 0 to 2.
-            iterations: The number of pairs of steps. More pairs smooth more. 'auto' takes the number of least expected slope
+            iterations: The number of step pairs. More pairs smooth more. 'auto' takes the number with the least expected slope
                 error. Takes a whole number from 0 to 100000, or 'auto'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
@@ -1663,9 +1663,9 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths the vertex scalar, not the mesh, and keeps its edges (jumps), as Perona and Malik did for images.
 
         Args:
-            range_kernel: How the flow between neighbours falls with x, their difference over range sigma. 'lorentzian', 1 / (1
-                + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
-                stop the flow at edges; 'huber' slows it there; 'l2' does not.
+            range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian', 1
+                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and
+                'truncated_l2' stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
             range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
@@ -3728,7 +3728,7 @@ class FilterMethods(metaclass=LateMethods):
         Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: The number of nearest points to compare with, larger than the clumps of stray points. More give steadier
+            neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
                 probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
             extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives
                 lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
@@ -3830,7 +3830,7 @@ class FilterMethods(metaclass=LateMethods):
         The selection of vertices is replaced. Faces are ignored. Returns the number of selected points.
 
         Args:
-            neighbors: The number of nearest points that measure the density around a point. More bridge wider gaps and take
+            neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
             sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
                 sparser parts of a scan, and also denser hazes. Takes a number of at least 1.

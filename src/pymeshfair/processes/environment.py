@@ -35,7 +35,7 @@ def _version(package: str) -> str | None:
 
 
 def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """Returns the variables that are set and limit the threads of libraries."""
+    """Returns the environment variables that are set and limit the threads of libraries."""
     return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
 
 

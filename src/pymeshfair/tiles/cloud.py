@@ -1,6 +1,6 @@
 """Steps on clouds by tiles: they select points and may delete them, or compute normals; the result is written by slices.
 
-This module has the steps that keep one of the points at a place or in a cell of a grid, and LoOP (local outlier probability).
+This module has LoOP (local outlier probability), and the steps that keep one point at each place or in each cell of a grid.
 `neighbours` has the other steps.
 """
 
@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points that coincide with an earlier point; takes pairs (first row, bucket) of all buckets that may hold both."""
+    """Marks points that coincide with an earlier point; takes (first row, bucket) of each bucket that may hold such points."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -42,18 +42,18 @@ def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
 
 
 class OutlierTiles(PointTiles):
-    """The tasks of LoOP (local outlier probability); the results are the outlier factors PLOF."""
+    """The tasks of LoOP (local outlier probability); the results are the probabilistic local outlier factors (PLOF)."""
 
     result = "<f8", 1
 
-    distances = Stored("<f8")  # standard distances by slot, divided by the scale of the cells
+    distances = Stored("<f8")  # root mean square distances of the neighbours by slot, divided by the scale of the cells
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.85))
         tasks.map(self.finish, tiles, part_of(progress, 0.85, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes the standard distances of the points of a tile, and the factors of points without neighbours in other tiles."""
+        """Writes the root mean square distances in a tile, and the factors of points without neighbours in other tiles."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         row_blocks, slot_blocks = [np.empty(0, np.intp)], [np.empty((0, self.k), np.int64)]
         for rows, nearest in tile.search_around(self.most):
@@ -111,7 +111,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, divides the grid cells instead."""
+        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, they hold the cells of the points."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):
@@ -122,7 +122,7 @@ class Cloud:
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
         """Stores the results of the tiles for the remaining points; returns the report of the filter.
 
-        A selection writes to `target` the mask of the points that remain after it.
+        A step that selects points also writes the mask of the points that remain after it to `target`.
         """
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
@@ -162,7 +162,7 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """Does a step with tiles of at most `tile` bytes; returns the cloud after it, the report of the filter, and sizes."""
+    """Does a step with tiles of at most `tile` bytes; returns the cloud after it, the filter's report, and sizes to report."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:

@@ -1,4 +1,4 @@
-"""Runs a recipe by tiles: checks the job, does its steps tile by tile, and writes the output by slices."""
+"""Runs a recipe by tiles, parts that fit into memory: checks the job, does its steps by tiles, writes the output by slices."""
 
 import shutil
 import time
@@ -56,14 +56,14 @@ def run_by_tiles(
     resume: bool = False,
     check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
-    """Carries out a job by tiles of at most `most` points or vertices; None: as many as fit into memory.
+    """Carries out a job by tiles of at most `most` points or vertices; None: tiles are as large as the memory allows.
 
-    `memory_limit` of the job is for the command and all workers together. With `resume` the run continues from the files of a
-    killed run, and keeps its own files if it ends early. `check_wanted` is called twice a second, and may raise to stop.
+    `memory_limit` of the job bounds the command and all workers together. With `resume` the run continues from the files of a
+    killed run, and keeps its temporary files if it ends early. `check_wanted` is called twice a second; it may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
-        ParameterError: too little memory, or an option that needs the whole mesh.
+        ParameterError: no steps, too little memory, or an option that needs the whole mesh.
         InputError, OutputError, StepFailedError, TileError, KeyboardInterrupt: as in `run_job`.
     """
     plan, memory, share = check(job)
@@ -101,7 +101,7 @@ def run_by_tiles(
 
 
 def can_be_cut(job: Job) -> bool:
-    """Returns whether the recipe, files, limits and memory of a job allow tiles."""
+    """Returns whether the recipe, files, options and memory of a job allow tiles."""
     try:
         check(job)
     except (ScriptError, ParameterError, RunError):
@@ -162,7 +162,7 @@ class _TiledRun:
         return self._report([{**sizes, "tiles": len(tiles)}] * len(plan), after)
 
     def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: tuple[str, ...] = ()) -> Report:
-        """Returns the report, from the sizes before each step in `stages`, and those of the result in `after`."""
+        """Returns the report; `stages` has the sizes before each step, `after` those of the result, `notes` further warnings."""
         report = Report(
             input={},
             output=described_file(self.staged, named=self.job.output) | {"side_files": []},
@@ -186,7 +186,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of a step; yields a dict for the filter's report ("notes" has sentences), and a progress function."""
+        """Sends the events of a step; yields a dict for the filter's report ("notes": sentences), and a progress function."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes per cell with one of its corners: 23 bytes on average, and 46 while there are also unsorted files.
+    # A face takes 20 bytes in each cell that has a corner of it: 23 bytes on average, and 46 while unsorted files exist, too.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)
@@ -259,7 +259,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
 
 @contextmanager
 def _as_failures_of_run(job: Job) -> Iterator[None]:
-    """Raises failures of tasks as the errors of a run."""
+    """Turns errors of tasks into the errors of a run, `InputError` and `OutputError`."""
     try:
         yield
     except ContentsError as error:

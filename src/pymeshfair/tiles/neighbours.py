@@ -1,7 +1,7 @@
 """The k nearest neighbours of each point of a cloud in tiles; the steps that use them: selection of stray points, and normals.
 
-Neighbours are searched in the tile and in the cells around it. A pass over a tile reads results of the previous pass for points
-around the tile, so all tiles must finish a pass before the next pass begins.
+Neighbours are searched in the tile, a range of cells, and in the cells around it. A pass over a tile reads results of the
+previous pass for points around the tile, so all tiles must finish a pass before the next pass begins.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from ..filters.neighbours import Nearest, build_tree, cells_within, leaf_ranges,
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .workers import Tasks
 
-#: the largest number of points of surrounding cells in memory: this share of the points of a tile, but at least this number
+#: the largest number of points of surrounding cells in memory: `_AROUND` times the points of a tile, at least `_LEAST_AROUND`
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: points compared with surrounding cells at once, and the total length of their lists of cells, relative to the points of a tile
+#: number of points compared with surrounding cells at once, and total length of their lists of cells: both per point of a tile
 _SEARCHING, _LISTED = 0.125, 8
 #: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -40,14 +40,14 @@ class TilePoints:
     last: int  # the cell after the last one
     points: Floats  # (n, 3) coordinates, divided by the scale of the cells
     numbers: Longs  # (n,) the indices of the points in the input
-    slots: Longs  # (n,) where the points are stored
+    slots: Longs  # (n,) the rows of the points in the files
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
-    distances: Floats  # (n,) standard distances of the k nearest in the tile; after `search_around`, in the cloud
+    distances: Floats  # (n,) root mean square distances of the k nearest in the tile; after `search_around`, in the cloud
     reaches: Floats  # (n,) squared distances of the farthest of these k neighbours
 
     @classmethod
     def of(cls, cells: Cells, first: int, last: int, k: int) -> TilePoints:
-        """Reads the cells from `first` to before `last`, and finds the k nearest within the tile."""
+        """Reads the cells from `first` to before `last`, and finds the k nearest neighbours of each point within the tile."""
         begin, end = cells.slots_of(first, last)
         numbers = cells.numbers.read(begin, end)
         count, order = len(numbers), np.argsort(numbers)
@@ -78,7 +78,7 @@ class TilePoints:
         return ordered
 
     def search_around(self, most: int) -> Iterator[tuple[NDArray[np.intp], Nearest]]:
-        """Yields rows of points that may have neighbours in other tiles, block by block, with their nearest in the cloud.
+        """Yields rows of points that may have neighbours in other tiles, block by block, with their neighbours in the cloud.
 
         A tile has at most `most` points.
         """
@@ -98,7 +98,7 @@ class TilePoints:
             done += len(rows)
 
     def _nearest_of(self, rows: NDArray[np.intp]) -> Nearest:
-        """Returns the nearest in the tile, by squared distance, then by number; slots are -1 if the tile has too few points."""
+        """Returns the neighbours in the tile, sorted by distance, then by number; slots are -1 if the tile has too few points."""
         shape = len(rows), self.nearest.shape[1]
         nearest = Nearest(np.full(shape, np.inf), np.full(shape, np.iinfo(np.int64).max), np.full(shape, -1))
         for first in range(0, len(rows) if len(self.slots) > shape[1] else 0, _AT_ONCE):
@@ -165,7 +165,7 @@ class PointTiles:
 
     @property
     def links(self) -> Column:
-        """Returns the column of the slots of the neighbours."""
+        """Returns the column with the slots of each point's neighbours."""
         return Column(self.cells.folder / "links", "<i8", self.k)
 
     def amend(self, first: int, last: int, numbers: Longs, values: Any) -> None:
@@ -204,7 +204,7 @@ class Links(Part):
 
 
 class StrayTiles(PointTiles):
-    """The tasks of Select Stray Points; the results mark these points. A part is a connected component of linked points."""
+    """The tasks of Select Stray Points; the results mark stray points. A part is a connected component of linked points."""
 
     result = "u1", 1
 
@@ -231,7 +231,7 @@ class StrayTiles(PointTiles):
         tasks.map(self.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes the neighbours of the points in the cells from `first` to before `last`, their spacings and thicknesses."""
+        """Writes neighbours, spacings and thicknesses of the points in the cells from `first` to before `last`."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         thickness = outliers.thicknesses(tile.points, tile.numbers, tile.nearest)
         slots, lasts = tile.slots[tile.nearest], tile.numbers[tile.nearest[:, -1]]
@@ -342,7 +342,7 @@ class NormalTiles(PointTiles):
         return int(self.values["smoothiter"])
 
     def directions(self, iteration: int) -> Column:
-        """Returns the column of the normals by slot after some iterations of smoothing."""
+        """Returns the column of the normals, by slot, after this number of smoothing iterations."""
         return Column(self.cells.folder / f"directions-{iteration}", "<f8", 3)
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
@@ -394,7 +394,7 @@ class NormalTiles(PointTiles):
         self._parts.write(links.begin, parts + links.begin)
 
     def meet(self, first: int, last: int) -> None:
-        """Sums the agreement of the parts of a tile with parts of other tiles, and the z components of normals in each part."""
+        """Sums dot products of linked normals for each pair of parts in this and another tile, and z components for each part."""
         links = Links.of(self, first, last)
         signed = links.read_all(self.directions(self.iterations)) * links.read_all(self._signs)[:, None]
         parts = links.read_all(self._parts)
