@@ -1,6 +1,6 @@
 """Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-If a mesh still has the elements of its file, the text of the file is written with new numbers in it; otherwise a new text.
+If a mesh still has the elements of its file, the text of the file is written with new numbers. Otherwise a new text is made.
 """
 
 import re
@@ -71,7 +71,7 @@ MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: for each colour level a share of six digits; 255 times this share gives the level, whether rounded or truncated
+#: for each colour level its share of 255, rounded up to six decimals: 255 times this share gives the level, rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 

@@ -26,7 +26,7 @@ KINDS: Mapping[str, str] = {
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: the largest numbers of bytes, and of elements and properties, in a header: so a hostile file cannot fill the memory
+#: the largest numbers of bytes, and of elements and properties, in a header, so that a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
 #: bytes that may follow the last row: line ends, and padding by some programs
 _PADDING = b" \t\r\n\0\x1a"
@@ -81,7 +81,7 @@ class PlyHeader:
 
 
 def read_header(path: Path) -> PlyHeader:
-    """Reads the header of a PLY file; checks its names, and its counts against the size of the file."""
+    """Reads the header of a PLY file; refuses names that occur twice, and counts that are too large for the size of the file."""
     with path.open("rb") as file:
         data = file.read(1 << 16)
         if _END.search(data) is None:

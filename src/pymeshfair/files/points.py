@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes vertices in the columns of their source text; without one, with normals, or in .pts with intensity and colours."""
+    """Writes the columns of the source text; without such a text, writes normals, or in .pts intensity and colours, too."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -95,7 +95,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.apply_step(step)[0]
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some of them.
+        """Returns the values of all parameters with which a filter would run on the current mesh; `kwargs` sets some of them.
 
         Lengths are in mesh units. If `filter_name` is a file extension, these are the parameters for saving such a file.
         """
@@ -193,7 +193,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def to_trimesh(self) -> Any:
-        """Returns the current mesh as a `trimesh.Trimesh`, without faces as `Path3D` or `PointCloud`, with colours and values.
+        """Returns the current mesh as a `trimesh.Trimesh` (without faces a `Path3D` or a `PointCloud`) with colours and values.
 
         A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
         """
