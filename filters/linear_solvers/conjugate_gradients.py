@@ -37,7 +37,7 @@ _LEAST_GAIN = 0.8
 #: The coarsest diagonal is raised by `_SHIFT` times itself, which is far below all eigenvalues but that of the constant vector;
 #: and by `_NOISE` times the finest diagonal restricted to this level, which is above the rounding errors of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
-#: The most runs in a level, and the fewest rows in a run. A run is a range of rows that one thread sweeps alone.
+#: The largest number of runs in a level, and the smallest number of rows in a run, a range of rows that one thread sweeps alone.
 _RUNS, _SHORTEST_RUN = 64, 2048
 
 
@@ -82,7 +82,7 @@ def conjugate_gradients(
         matrix: A, (n, n), with a positive diagonal.
         right_side: b, (n, 3). A column of zeros adds no iterations; its solution is 0.
         target: the norm at which the iterations end. A larger target ends them sooner.
-        max_iterations: the most iterations.
+        max_iterations: the largest number of iterations.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
         progress: called at every iteration, without a preconditioner at every fifth; may raise to stop.
@@ -418,7 +418,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     aggregate[indices[k]] = count
             aggregate[i] = count
             count += 1
-    # 2. The others join the aggregate of their strongest neighbour.
+    # 2. Each unknown that is left joins the aggregate of its strongest neighbour with an aggregate.
     joined = aggregate.copy()
     for i in range(n):
         strongest = 0.0

@@ -70,7 +70,7 @@ class PlyHeader:
         return ">" if self.format == "binary_big_endian" else "<"
 
     def element(self, name: str) -> PlyElement:
-        """The element of that name; an element with a count of 0 if the file does not declare it."""
+        """The element with this name; an element with a count of 0 if the file does not declare it."""
         return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
 
     @property
@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """Reads the tables of the text behind the header, one row per line; returns them with the tokens of the text."""
+    """Reads the tables of the text after the header, one row per line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))

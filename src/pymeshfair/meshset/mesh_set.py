@@ -74,7 +74,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
-            UnknownLayerError: there is no layer of that id.
+            UnknownLayerError: no layer has the given id.
             FilterFailedError: a plugin's filter failed; the mesh is unchanged.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
@@ -137,7 +137,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        Limits of the recipe are not checked: `pymeshfair.run` does that.
+        Limits of the recipe are not checked; `pymeshfair.run` checks them.
 
         Args:
             name_or_path: a shipped recipe, or the path of an .mlx script.
@@ -168,7 +168,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Makes the layer of that id the current layer.
+        """Makes the layer with this id the current layer.
 
         Raises:
             UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.

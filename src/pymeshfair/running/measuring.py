@@ -1,6 +1,6 @@
 """Measures a mesh, and finds its self-intersecting faces.
 
-MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process, except in the worker of a run.
+MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process; the worker of a run already is one.
 """
 
 import tempfile
