@@ -104,7 +104,7 @@ _FACTORS_FOR_ONE, _FACTORS_FOR_MORE = 50_000, 150_000
 #: If the diagonal is a good preconditioner, factors pay from this many solves on.
 _MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
-#: A direct solution must reach this backward error, which leaves room for ill-posed systems.
+#: A direct solution must reach this backward error, which leaves room for ill-conditioned systems.
 _DIRECT_ROUNDING = 1e-12
 #: Beyond this number of rows the factors outgrow their 32-bit indices and the memory of most machines.
 _LARGEST_FACTORS = 3_000_000

@@ -429,7 +429,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     looks = (np.zeros(len(faces), np.int64) + numbers + 1 << 32) + colors.view(">u4").ravel()
     kinds, kind_of_face = np.unique(looks, return_inverse=True)
     if len(kinds) > _MOST_MATERIALS:
-        notes.append(f"the colours of faces are left out, {len(kinds):,} materials would be too many")
+        notes.append(f"the colours of faces are left out: {len(kinds):,} materials would be too many")
         kinds, kind_of_face = np.unique(looks | 0xFFFFFFFF, return_inverse=True)
     primitives: list[dict[str, Any]] = []
     for k, kind in enumerate(kinds.tolist()):
