@@ -13,7 +13,7 @@ from .geometry import angles_between, edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
-#: "noise": in mean edges, `shared_noise`, or `Scan.surface_noise` if that is 0. "sharpness": see `sharpness`.
+#: "noise": `shared_noise`, or if it is 0 `Scan.surface_noise`, in mean edges. "sharpness": see `sharpness`.
 #: "facing": `seen_from_one_side`, 1/2 for half a sphere and at least 0.4 for a range map. "camera noise": 1 if neighbours share
 #: their noise, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
@@ -60,13 +60,13 @@ def measured_traits(
 def sharpness(scan: Scan, noise: float) -> float:
     """Returns the share of sharp edges, with t >= 30 degrees, in the sum of t l over all edges, after noise is removed.
 
-    t is the angle between the normals of the two faces of an edge, l its length. Each normal is averaged over two rings of
-    normals that differ by less than 40 degrees. Taubin steps first remove the noise, which is given in mean edges: five pairs of
-    steps for 0.1 and above, fewer for less noise, since more steps would round the edges of a dodecahedron.
+    t is the angle between the normals of the two faces of an edge, l its length. Each normal is averaged with the normals in its
+    two rings that differ by less than 40 degrees. Taubin steps first remove the noise, which is given in mean edges: five pairs
+    of steps for 0.1 and above, fewer for less noise, since more steps would round the edges of a dodecahedron.
 
     Returns:
         1 for a cube, 0 for a finely meshed sphere or a plane, pi r / (pi r + h) for a finely meshed cylinder. Machine parts have
-        0.7 to 0.95 with noise of up to 0.5 edges; figures, bodies and land have up to 0.66.
+        0.7 to 0.95 with noise of up to 0.5 edges; figures, bodies and terrain have up to 0.66.
     """
     pairs, shared = face_adjacency(scan.faces)
     steps, points = round(5 * min(1.0, noise / 0.1)), scan.points

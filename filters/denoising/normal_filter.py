@@ -96,7 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether renumbering the faces changes no bit of the result; it changes ties of 'guided', sums of 'vertex_normals'."""
+        """Whether renumbering faces changes no bit of the result; it changes ties of 'guided' and sums of 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -294,7 +294,7 @@ def _follow_trend(
     first: int,
     last: int,
 ) -> None:
-    """Replaces the weighted mean normal of each face in `faces` by the value of a linear fit at the face centre.
+    """Moves the weighted mean normal of each face in `faces` towards the value of a linear fit at the face centre.
 
     With the weights w_j of the mean and x_j = c_j - c_i, least squares fit the normals n_j by b + G x_j, with a ridge on G
     [cleveland1979]. The mean a differs from the fit b by G times the mean of x_j, and at a border this mean is far from 0. The

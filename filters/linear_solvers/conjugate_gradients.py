@@ -24,7 +24,7 @@ Preconditioner: TypeAlias = Callable[[Floats], Floats]
 _STEPS = 5
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
-#: Indices in kernels are unsigned: the compiler would test signed ones for being negative.
+#: Indices in kernels are unsigned, because the compiler would test each signed index for being negative.
 Index: Any = np.uint64
 
 
@@ -34,10 +34,10 @@ STRENGTH = 0.08
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
 _LEAST_GAIN = 0.8
-#: Added to the diagonal of the coarsest matrix: `_SHIFT` times this diagonal, far below all eigenvalues but that of the constant
-#: vector; and `_NOISE` times the finest diagonal restricted to this level, above the rounding errors of sums that cancel.
+#: The coarsest diagonal is raised by `_SHIFT` times itself, which is far below all eigenvalues but that of the constant vector;
+#: and by `_NOISE` times the finest diagonal restricted to this level, which is above the rounding errors of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
-#: The most runs in a level, and the fewest rows in a run. A run is a range of rows that one thread sweeps alone.
+#: The largest number of runs in a level, and the smallest number of rows in a run, a range of rows that one thread sweeps alone.
 _RUNS, _SHORTEST_RUN = 64, 2048
 
 
@@ -58,9 +58,9 @@ class Descent(NamedTuple):
     """The result of conjugate gradients."""
 
     values: Floats  # (n, 3) the approximate solution
-    norm: float  # about the error in the energy norm: sqrt(sum of r^T B r over the columns), r the residual, B the preconditioner
+    norm: float  # estimated error in the energy norm: sqrt(sum of r^T B r over the columns), r the residual, B the preconditioner
     iterations: int  # the number of completed iterations, each with one product with the matrix
-    indefinite: bool  # whether a direction p with p^T A p < 0 ended the iterations; it shows that A is not semidefinite
+    indefinite: bool  # whether a direction p with p^T A p < 0 ended the iterations: A is not positive semidefinite
 
 
 def conjugate_gradients(
@@ -75,14 +75,14 @@ def conjugate_gradients(
 ) -> Descent:
     """Solves A x = b for symmetric positive definite A by preconditioned conjugate gradients [hestenes1952].
 
-    A semidefinite A is solved too if b lies in its range. Ends when the norm of `Descent` is at most ``target``, after
-    ``max_iterations``, or when A turns out not to be semidefinite; the fields of `Descent` say which.
+    A may be positive semidefinite if b lies in its range. The iterations end when the norm of `Descent` is at most ``target``,
+    after ``max_iterations``, or when A turns out not to be semidefinite; the fields of `Descent` say which.
 
     Args:
         matrix: A, (n, n), with a positive diagonal.
         right_side: b, (n, 3). A column of zeros adds no iterations; its solution is 0.
-        target: the norm at which the iterations end. Larger ends sooner.
-        max_iterations: the most iterations.
+        target: the norm at which the iterations end. A larger target ends them sooner.
+        max_iterations: the largest number of iterations.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
         progress: called at every iteration, without a preconditioner at every fifth; may raise to stop.
@@ -167,7 +167,7 @@ def _total(sums: Floats) -> Floats:
 
 @compiled
 def _root(energy: Floats) -> float:
-    """The norm of `Descent` from r^T B r of each column; infinite if one is negative, as the preconditioner B is not positive."""
+    """The norm of `Descent` from r^T B r of each column; infinite if one is negative, as B is then not positive definite."""
     return math.sqrt(energy[0] + energy[1] + energy[2]) if (energy >= 0.0).all() else math.inf
 
 
@@ -273,10 +273,10 @@ class _Level(NamedTuple):
 
 
 class SmoothedAggregation:
-    """One symmetric V-cycle for a symmetric positive (semi)definite matrix: call it with a residual of shape (n, 3).
+    """A preconditioner for a symmetric positive (semi)definite matrix: a call with a residual (n, 3) runs one symmetric V-cycle.
 
-    The returned array belongs to the object and is overwritten by the next call. The constant vector is taken as the near-kernel,
-    which is right for a Laplace operator plus a mass matrix, and good enough for powers of the operator.
+    The returned array belongs to the object and is overwritten by the next call. The near-null space is taken to be the constant
+    vectors, which is right for a Laplace operator plus a mass matrix, and good enough for powers of the operator.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress) -> None:
@@ -298,8 +298,8 @@ class SmoothedAggregation:
             strength *= 0.5
             noise = prolongation.power(2).T @ noise
         if matrix.shape[0] <= COARSEST:
-            # If the matrix is singular, so is the coarsest one: its factors would amplify rounding errors in the constant part
-            # of the residual. On coarse levels entries of slivers cancel to rounding errors. A larger diagonal repairs both.
+            # If the matrix is singular, so is the coarsest matrix: its factors would amplify rounding errors in the constant part
+            # of the residual. On coarse levels, entries of slivers cancel to rounding errors. A larger diagonal repairs both.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:
@@ -311,7 +311,7 @@ class SmoothedAggregation:
         return self._cycle(0, residual)
 
     def iterated(self, right_side: Floats, cycles: int) -> Floats:
-        """Approximates A^-1 right_side, (n, 3), by `cycles` V-cycles, each on the residual of the one before."""
+        """Approximates A^-1 right_side, (n, 3), by `cycles` V-cycles; each solves for the residual that remains."""
         x = self(right_side).copy()
         if not self._levels:
             return x  # solved by the factors of the matrix itself
@@ -418,7 +418,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     aggregate[indices[k]] = count
             aggregate[i] = count
             count += 1
-    # 2. The others join the aggregate of their strongest neighbour.
+    # 2. Each unknown that is left joins the aggregate of its strongest neighbour with an aggregate.
     joined = aggregate.copy()
     for i in range(n):
         strongest = 0.0
@@ -430,7 +430,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     if share > strongest:
                         strongest = share
                         joined[i] = aggregate[j]
-    # 3. The remaining unknowns have no strong neighbour in an aggregate: they form new ones.
+    # 3. The remaining unknowns have no strong neighbour in an aggregate: they form new aggregates with their strong neighbours.
     for i in range(n):
         if joined[i] < 0:
             used = False
@@ -447,7 +447,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
 
 @compiled(parallel=True)
 def damped_diagonal(matrix: CompressedRows, run: int, inverse: Floats) -> None:
-    """Computes 1 / (A_ii + half the sum of |A_ij| over the j of other runs) in place."""
+    """Computes 1 / (A_ii + half the sum of |A_ij| over columns j of other runs) in place."""
     indptr, indices, data = matrix
     for i in prange(inverse.shape[0]):
         first = (i // run) * run

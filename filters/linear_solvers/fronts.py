@@ -19,7 +19,7 @@ from .nested_dissection import PARTS, dissected
 _BLOCK, _TOGETHER = 8, 4
 #: Number of columns of a panel, which is eliminated before later columns are updated; and of a strip, the unit of these updates.
 _PANEL, _STRIP = 64, 32
-#: A row of a front takes as much work as this many vertices in other kernels; `SERIAL_BELOW` counts such vertices.
+#: A row of a front, the dense matrix of a group, takes as much work as this many vertices, the unit of `SERIAL_BELOW`.
 _WORK = 64
 
 
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L (by groups, each column from the diagonal on) and (n,) D of a matrix without entries outside the pattern."""
+        """Returns L (by groups, each column from the diagonal on, with D on it) and (n,) D; no entry may lie off the pattern."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]
@@ -296,7 +296,7 @@ def _copy_columns(front: Floats, first: int, last: int, packed: Floats) -> None:
 
 @compiled(nogil=True, error_model="numpy")
 def _eliminate_panel(front: Floats, begin: int, end: int) -> None:
-    """Replaces the columns of a panel by their part of L and D."""
+    """Replaces the columns of a panel by those of L, with D on the diagonal."""
     size = front.shape[0]
     for first in range(begin, end, _BLOCK):
         last = min(first + _BLOCK, end)
@@ -353,7 +353,7 @@ def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> No
 
 @compiled(parallel=True)
 def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> None:
-    """Solves L y = b in place on the parts; sums up each part's updates of rows above the parts in `aside`."""
+    """Solves L D y = b in place on the parts; sums up in `aside` each part's updates of the rows above the parts."""
     for p in prange(fronts.parts.shape[0]):
         first, last = fronts.parts[p]
         _forward(fronts, values, np.arange(first, last), fronts.firsts[last], y, aside[p])
@@ -361,7 +361,7 @@ def _forward_parts(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> 
 
 @compiled(parallel=True)
 def _backward_parts(fronts: Fronts, values: Floats, y: Floats) -> None:
-    """Solves D L^T x = y in place on the parts."""
+    """Solves L^T x = y in place on the parts."""
     for p in prange(fronts.parts.shape[0]):
         first, last = fronts.parts[p]
         _backward(fronts, values, np.arange(first, last), y)
@@ -384,7 +384,7 @@ def _solve_above(fronts: Fronts, values: Floats, y: Floats, aside: Floats) -> No
 
 @compiled(nogil=True)
 def _forward(fronts: Fronts, values: Floats, groups: Longs, end: int, y: Floats, aside: Floats) -> None:
-    """Solves L y = b on the rows of some groups; adds updates of rows before `end` to `y`, of later rows to `aside`."""
+    """Solves L D y = b on the rows of some groups; adds updates of rows before `end` to `y`, and of later rows to `aside`."""
     firsts, starts, above = fronts.firsts, fronts.starts, fronts.above
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups:
@@ -422,7 +422,7 @@ def _forward_group(x: Floats, local: Floats, values: Floats, first: int, elimina
 
 @compiled(nogil=True)
 def _backward(fronts: Fronts, values: Floats, groups: Longs, y: Floats) -> None:
-    """Solves D L^T x = y on the rows of some groups, from the last group to the first."""
+    """Solves L^T x = y on the rows of some groups, from the last group to the first."""
     firsts, starts = fronts.firsts, fronts.starts
     local = np.empty((_room(fronts, groups)[0], _TOGETHER))
     for g in groups[::-1]:

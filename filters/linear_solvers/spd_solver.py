@@ -1,7 +1,7 @@
 """Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
 If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
-and multigrid preconditions large systems: its cost per row depends neither on the time step of a diffusion nor on size. Factors
+and multigrid preconditions large ones: its cost per row depends neither on a diffusion's time step nor on the row count. Factors
 are also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
@@ -43,7 +43,7 @@ class Cholesky:
     """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares the times with those of libraries."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
-        """Factorises, calls progress(done) meanwhile; `ConvergenceError` if the matrix is not positive definite to rounding."""
+        """Factorises the matrix, calls progress(done) meanwhile; raises `ConvergenceError` if it is not positive definite."""
         csr = sparse.csr_matrix(matrix)
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
@@ -92,7 +92,7 @@ class ShiftedFactors:
 
 #: The smallest tolerance, relative to the energy norm of the solution: rounding prevents smaller errors.
 FINEST_TOLERANCE = 1e-12
-#: A backward error of this size is rounding.
+#: A backward error of at most this size is due to rounding.
 _ROUNDING = 1e-14
 #: A matrix with a `SpdSystem.smoothness` below this is singular to rounding and not factorised.
 _SINGULAR = 1e-13
@@ -104,7 +104,7 @@ _FACTORS_FOR_ONE, _FACTORS_FOR_MORE = 50_000, 150_000
 #: If the diagonal is a good preconditioner, factors pay from this many solves on.
 _MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
-#: A direct solution must reach this backward error, which leaves room for ill-posed systems.
+#: A direct solution must reach this backward error, which leaves room for ill-conditioned systems.
 _DIRECT_ROUNDING = 1e-12
 #: Beyond this number of rows the factors outgrow their 32-bit indices and the memory of most machines.
 _LARGEST_FACTORS = 3_000_000
@@ -369,18 +369,18 @@ def refined_solution(
 
 
 def _length(values: Floats) -> float:
-    """The Euclidean norm by NumPy's sum: `norm` uses a BLAS library whose result and time depend on the number of threads."""
+    """The Euclidean norm by NumPy's sum: NumPy's `norm` uses a BLAS whose result and time depend on the number of threads."""
     return math.sqrt(float(np.square(values).sum()))
 
 
 def laplacian_power(
     matrix: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
 ) -> Floats:
-    """Computes (S M^-1)^(order - 1) S x with about 32 digits and rounds it once.
+    """Computes (S M^-1)^(order - 1) S x with about 32 digits and rounds the result once.
 
-    The diagonal of S is not read: every row is taken to sum to 0 exactly. In ordinary precision each application loses digits in
-    the differences between neighbours: at order 3 and 100,000 vertices nearly all 16. Of 32 digits enough are left. Sums and
-    products keep their rounding errors as a second double [dekker1971].
+    The diagonal of S is not read: every row is taken to sum to 0 exactly. Each application of S loses digits in the differences
+    between neighbours: at order 3 and 100,000 vertices nearly all of the 16 digits of ordinary precision. 32 digits are enough.
+    Sums and products keep their rounding errors as a second double [dekker1971].
 
     Args:
         matrix: S, (n, n) symmetric; S or -S is semidefinite.

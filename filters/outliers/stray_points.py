@@ -16,7 +16,7 @@ from .local_outlier_probability import standard_distances
 
 # The largest thickness of flat places: surfaces with noise below half a spacing are thinner, as are 3 % of space-filling points.
 _FLAT = 0.06
-# A part with a mean thickness above `_FULL` fills space (0.17 to 0.19; surfaces have 0.09); it needs `_MORE` times the points.
+# Parts that fill space have a mean thickness of 0.17 to 0.19, surfaces 0.09. Above `_FULL` parts need `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
 # Linked points may be sparser by this factor: foliage has 2.7 times the median spacing in a scan of 25 points per square metre.
 _FOLIAGE = 2.0
@@ -24,7 +24,7 @@ _FOLIAGE = 2.0
 JOINED = 2
 #: Marks a neighbour without link.
 NO_LINK = -1
-#: Thicknesses are whole multiples of this, so that the sum over up to 2^32 points is exact in any order.
+#: Thicknesses are rounded to multiples of this, so that their sum over up to 2^32 points is exact in any order.
 _GRAIN = 2.0**-20
 
 
@@ -61,11 +61,11 @@ def stray_points(
 ) -> Bools:
     """Returns which points of a cloud are not part of any large enough surface.
 
-    1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is the least of their
-       variances along three principal axes, over the sum of the three; it is large at points that fill space. Two points are
-       linked if each is a neighbour of the other. A point off a surface has few links, as surface points have nearer neighbours.
+    1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is the least variance
+       of these points along three principal axes, over the sum of the three; it is large at points that fill space. Two points
+       are linked if each is a neighbour of the other. A point off a surface has few links: surface points have nearer neighbours.
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
-       this spacing or a thickness of at most 0.06 is enough. In two rounds, points with k / 4 links to kept points are kept.
+       this spacing or a thickness of at most 0.06 is enough. Then, twice, all points with k / 4 links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 

@@ -24,7 +24,7 @@ BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 _ANY = 1 << 31
 # Indices are unsigned: for signed indices the compiler adds a test for negative ones.
 _U: Any = np.uint64
-# Up to this length insertion sort is faster; above, its quadratic time would be slow at the hub of a large fan.
+# Insertion sort is faster than merge sort up to this length; its quadratic time would be slow at the hub of a large fan.
 _SHORT = 48
 
 
@@ -299,7 +299,7 @@ def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
 def faces_across(faces: Ints) -> Ints:
     """(m, 3) int32 the face across each edge k of each face; edge k goes from corner k to the next.
 
-    -1 if the edge does not have exactly two faces, or if the two faces are not coherently oriented.
+    The entry is -1 if the edge does not have exactly two faces, or if its two faces are not coherently oriented.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     pairs, shared = face_adjacency(triangles)
@@ -353,15 +353,15 @@ def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
     """
     vertex = faces[f, k]
     size, g, closed = 0, f, False
-    for way in range(2):
+    for direction in range(2):
         while g >= 0 and not closed:
             size += 1
             i = corner_at(faces, g, vertex)
             if faces[g, (i + 1) % 3] == other or faces[g, (i + 2) % 3] == other:
                 return -1
-            g = across[g, i] if way == 0 else across[g, (i + 2) % 3]
+            g = across[g, i] if direction == 0 else across[g, (i + 2) % 3]
             closed = g == f
-        if way == 0 and not closed:
+        if direction == 0 and not closed:
             g = across[f, (k + 2) % 3]
     return size
 

@@ -56,7 +56,7 @@ class System:
         return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
     def limit_memory(self, most: int | None) -> None:
-        """Limits the memory of this process to `most` bytes and disables core dumps, if the system can."""
+        """Limits the memory of this process to `most` bytes (None: its hard limit) and disables core dumps, if the system can."""
         if not self.is_posix:
             return
         import resource
@@ -83,7 +83,7 @@ class System:
     def peak_memory(self) -> int | None:
         """The peak memory of this process in bytes since `forget_peak_memory`; None on systems other than Linux."""
         with contextlib.suppress(OSError):
-            # Not getrusage: its peak of a child includes the memory of the parent at the start.
+            # The peak that getrusage reports for a child process includes the memory of its parent at the start.
             status = Path("/proc/self/status").read_text("ascii", "replace") if self.is_posix else ""
             if peak := re.search(r"^VmHWM:\s*(\d+)", status, re.MULTILINE):
                 return int(peak[1]) * 1024
@@ -117,7 +117,7 @@ class System:
             target.touch()
 
     def flush(self, path: Path) -> None:
-        """Waits until a file is on the disk; with POSIX also the directory entries of a folder."""
+        """Waits until a file is on the disk, or with POSIX the directory entries of a folder."""
         if not self.is_posix and not path.is_file():
             return
         descriptor = os.open(path, os.O_RDONLY if self.is_posix else os.O_RDWR)

@@ -1,6 +1,6 @@
 """Reads glTF 2.0 files, text or binary: joins the meshes of the scene, and checks the bounds of every accessor.
 
-Writes binary files: one mesh with embedded images, and a primitive for each texture and colour of faces.
+Writes binary files: one mesh with embedded images, and one primitive for each pair of a texture and a face colour.
 """
 
 import base64
@@ -29,7 +29,7 @@ _PARTS = 1_000_000
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-#: attributes that are read: allowed numbers of components, and component kinds besides float
+#: attributes that are read, each with the allowed numbers of components, and the numpy kinds of components allowed besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
 #: required extensions that are accepted: integer positions and normals; and unlit materials, which are ignored
 _QUANTIZED = "KHR_mesh_quantization"
@@ -92,7 +92,7 @@ class _Reader:
             raise ContentsError("its document is not of version 2")
         required = set(document.get("extensionsRequired", ()))
         if unknown := required - _UNDERSTOOD:
-            raise ContentsError(f"it needs {', '.join(sorted(map(str, unknown)))[:80]}, which is not known here; save it without")
+            raise ContentsError(f"it needs {', '.join(sorted(map(str, unknown)))[:80]}, unknown here; save the file without it")
         for name in ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes", "images", "textures", "materials"):
             if not isinstance(document.get(name, []), list) or not all(isinstance(x, dict) for x in document.get(name, ())):
                 raise ContentsError(f"its {name} are no list of objects")
@@ -281,13 +281,13 @@ class _Reader:
         else:
             values = np.zeros((count, width), dtype)
         if sparse is not None:
-            number = _whole(sparse["count"], f"the count of the changes of accessor {k}", 1)
+            number = _whole(sparse["count"], f"the count of sparse values of accessor {k}", 1)
             kind = _COMPONENTS[sparse["indices"]["componentType"]]
-            places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
+            places = self._values(sparse["indices"], kind, 1, number, f"the index list of sparse accessor {k}")[:, 0]
             if places.min() < 0 or places.max() >= count:
                 raise ContentsError(f"its accessor {k} changes a value that is not among its {count:,}")
             values = values.copy()
-            values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
+            values[places] = self._values(sparse["values"], dtype, width, number, f"the value list of sparse accessor {k}")
         return values
 
     def _values(self, part: _Part, kind: Any, width: int, count: int, what: str) -> Array:
@@ -338,7 +338,7 @@ def _losses(document: _Part) -> Iterator[str]:
     keys = {key for m in document.get("materials", ()) for key in (*m, *m.get("pbrMetallicRoughness", {}))}
     keys -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
     if keys:
-        yield f"of its materials {', '.join(sorted(keys))}"
+        yield f"material properties {', '.join(sorted(keys))}"
 
 
 def _upright(uv: Floats) -> Floats:
@@ -429,7 +429,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     looks = (np.zeros(len(faces), np.int64) + numbers + 1 << 32) + colors.view(">u4").ravel()
     kinds, kind_of_face = np.unique(looks, return_inverse=True)
     if len(kinds) > _MOST_MATERIALS:
-        notes.append(f"the colours of faces are left out, {len(kinds):,} materials would be too many")
+        notes.append(f"the colours of faces are left out: {len(kinds):,} materials would be too many")
         kinds, kind_of_face = np.unique(looks | 0xFFFFFFFF, return_inverse=True)
     primitives: list[dict[str, Any]] = []
     for k, kind in enumerate(kinds.tolist()):

@@ -1,6 +1,6 @@
 """Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-If a mesh still has the elements of its file, the text of the file is written with new numbers in it; otherwise a new text.
+If a mesh still has the elements of its file, the text of the file is written with new numbers. Otherwise a new text is made.
 """
 
 import re
@@ -52,7 +52,7 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
-#: contents that a new text keeps; contents that it leaves out: whole lines (`_OTHERS`), and parts of lines (`_UNWRITTEN`)
+#: contents that a new text keeps (`_STATES`), and contents that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
@@ -71,7 +71,7 @@ MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: for each colour level a share of six digits; 255 times this share gives the level, whether rounded or truncated
+#: for each colour level its share of 255, rounded up to six decimals: 255 times this share gives the level, rounded or truncated
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
@@ -492,7 +492,7 @@ def _patched_text(
         if before is not None:
             cuts.append(changed_words(tokens, vertices, [4, 5, 6], shares, [(colors != before).any(axis=1)] * 3))
         else:
-            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # empty spans behind the coordinates
+            ends = np.repeat(tokens.spans(vertices, [3])[:, 0, 1:], 2, axis=1)  # empty spans after the coordinates
             cuts.append((ends, [b" %r %r %r" % row for row in zip(*(s.tolist() for s in shares), strict=True)]))
             differs[2] = np.ones(len(vertices), np.bool_)
     cuts.insert(0, changed_words(tokens, vertices, [1, 2, 3], new, differs))

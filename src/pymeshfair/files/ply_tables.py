@@ -26,7 +26,7 @@ KINDS: Mapping[str, str] = {
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: the largest numbers of bytes, and of elements and properties, in a header: so a hostile file cannot fill the memory
+#: the largest numbers of bytes, and of elements and properties, in a header, so that a hostile file cannot fill the memory
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
 #: bytes that may follow the last row: line ends, and padding by some programs
 _PADDING = b" \t\r\n\0\x1a"
@@ -70,7 +70,7 @@ class PlyHeader:
         return ">" if self.format == "binary_big_endian" else "<"
 
     def element(self, name: str) -> PlyElement:
-        """The element of that name; an element with a count of 0 if the file does not declare it."""
+        """The element with this name; an element with a count of 0 if the file does not declare it."""
         return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
 
     @property
@@ -81,7 +81,7 @@ class PlyHeader:
 
 
 def read_header(path: Path) -> PlyHeader:
-    """Reads the header of a PLY file; checks its names, and its counts against the size of the file."""
+    """Reads the header of a PLY file; refuses names that occur twice, and counts that are too large for the size of the file."""
     with path.open("rb") as file:
         data = file.read(1 << 16)
         if _END.search(data) is None:
@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """Reads the tables of the text behind the header, one row per line; returns them with the tokens of the text."""
+    """Reads the tables of the text after the header, one row per line; returns them with the tokens of the text."""
     body = text.rstrip(_PADDING)
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))

@@ -185,7 +185,7 @@ def read_ptx(path: Path, references: References) -> Reading:
             raise ContentsError("the last three numbers of its points are no colours from 0 to 255")
         attributes["colors"] = colors.astype(np.uint8)
     missing = len(rows) - len(measured)
-    doubts = (f"{missing:,} positions of its grids without a measured point are left out",) if missing else ()
+    doubts = (f"{missing:,} positions in its grids have no measured point and are left out",) if missing else ()
     mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=extras))
     return Reading(mesh, (*unended(data), *doubts))
 
@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes vertices in the columns of their source text; without one, with normals, or in .pts with intensity and colours."""
+    """Writes the columns of the source text; without one, coordinates with normals, or in .pts with intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

@@ -74,7 +74,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
-            UnknownLayerError: there is no layer of that id.
+            UnknownLayerError: no layer has the given id.
             FilterFailedError: a plugin's filter failed; the mesh is unchanged.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
@@ -95,7 +95,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.apply_step(step)[0]
 
     def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
-        """Returns all values of parameters with which a filter would run on the current mesh; `kwargs` sets some of them.
+        """Returns the values of all parameters with which a filter would run on the current mesh; `kwargs` sets some of them.
 
         Lengths are in mesh units. If `filter_name` is a file extension, these are the parameters for saving such a file.
         """
@@ -137,7 +137,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        Limits of the recipe are not checked: `pymeshfair.run` does that.
+        Limits of the recipe are not checked; `pymeshfair.run` checks them.
 
         Args:
             name_or_path: a shipped recipe, or the path of an .mlx script.
@@ -168,7 +168,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Makes the layer of that id the current layer.
+        """Makes the layer with this id the current layer.
 
         Raises:
             UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.
@@ -193,7 +193,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def to_trimesh(self) -> Any:
-        """Returns the current mesh as a `trimesh.Trimesh`, without faces as `Path3D` or `PointCloud`, with colours and values.
+        """Returns the current mesh as a `trimesh.Trimesh` (without faces a `Path3D` or a `PointCloud`) with colours and values.
 
         A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
         """

@@ -1,8 +1,8 @@
 """Meshes for the viewer in the browser: decimated, quantised and compressed.
 
 The viewer (``viewer.js``) reads this layout. A scene is a header in JSON and a body of bytes. Coordinates are integers of 16 bits
-over the bounding box of all meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
-integers of 8 bits between their limits. The body holds the differences of these integers, byte by byte.
+in a cube around the meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
+integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers, see `_planes`.
 """
 
 import base64
@@ -63,7 +63,7 @@ def shown_mesh(
     """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
-    at even steps in its order are taken. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
+    at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
     `like` shows the same mesh with its vertices at other places; the result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
@@ -86,7 +86,7 @@ def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints,
     from fast_simplification import simplify
 
     middle = vertices.mean(axis=0)
-    local = vertices - middle  # as `simplify` computes in single precision
+    local = vertices - middle  # near 0, because `simplify` computes in single precision
     thinned = _thinned(local, faces, _THINNED * most) if len(faces) > 2 * _THINNED * most else (local, faces)
     coarse, triangles = simplify(thinned[0].astype(np.float32), thinned[1].astype(np.int64), target_count=most)
     _, nearest = spatial.cKDTree(local).query(coarse)
@@ -154,9 +154,9 @@ def pack_scene(
 ) -> Scene:
     """Pack meshes for one camera; at least one mesh must have a vertex.
 
-    `limits` are the ends of the colour bar of each coloring for which a mesh has scalars; a `tolerance` above 0 is a band in the
-    colours of distances. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together share
-    it, and points outside are moved to its sides. By default it is the bounding cube of all meshes.
+    `limits` are the ends of the colour bar of each coloring for which a mesh has scalars; distances within a `tolerance` above 0
+    have one colour. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together share it,
+    and points outside are moved to its sides. By default it is the bounding cube of all meshes.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
@@ -206,13 +206,13 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
 
 
 def _planes(array: NDArray[Any]) -> bytes:
-    """The differences of integers from row to row, as bytes: first the lowest byte of each integer, then all second bytes, ..."""
+    """The differences of integers from row to row, as bytes: the lowest bytes of all differences, then all second bytes, ..."""
     if not array.size:
         return b""
     table = array.reshape(len(array), -1)
     steps = np.diff(table, axis=0, prepend=np.zeros((1, table.shape[1]), dtype=table.dtype))
     if array.dtype == np.uint32:
-        # The corners of a triangle have similar indices, so differences are along rows; negative ones become small integers.
+        # The corners of a triangle have similar indices, so differences go from corner to corner; zigzag codes keep them small.
         flat = table.ravel()
         signed = np.diff(flat, prepend=np.uint32(0)).astype(np.int32)
         steps = ((signed << 1) ^ (signed >> 31)).astype(np.uint32)[:, None]
@@ -221,7 +221,7 @@ def _planes(array: NDArray[Any]) -> bytes:
 
 
 def _octahedral(normals: Floats) -> NDArray[np.uint16]:
-    """(n, 2) unit normals, projected onto the octahedron |x| + |y| + |z| = 1 and unfolded."""
+    """(n, 2) integers from 0 to 4095 for unit normals, projected onto the octahedron |x| + |y| + |z| = 1 and unfolded."""
     sizes = np.abs(normals).sum(axis=1, keepdims=True)
     flat = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0)
     x, y = flat[:, 0], flat[:, 1]
@@ -232,7 +232,7 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
 
 
 def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
-    """(n,) integers from 0 to 255 for values between the limits; the middle level for NaN."""
+    """(n,) integers from 0 to 255 for values between the limits; the middle level for NaN, or if the limits are equal."""
     low, high = limits
     shares = np.full(len(values), 0.5)
     if high > low:

@@ -1,6 +1,6 @@
 """Measures a mesh, and finds its self-intersecting faces.
 
-MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process, except in the worker of a run.
+MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process; the worker of a run already is one.
 """
 
 import tempfile
@@ -65,7 +65,7 @@ def usual_edge(mesh: MeshData) -> float:
 
 
 def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
-    """(m,) the faces that cut others, found in this process; the mesh is centred, as MeshLab's tests lose digits far from 0."""
+    """(m,) the faces that cut others, found in this process; the mesh is centred: MeshLab's tests lose digits far from 0."""
     proper = proper_faces(mesh.faces)  # MeshLab drops degenerate faces, which cut nothing
     if not proper.any():
         return proper
@@ -79,7 +79,7 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:
-    """(m,) the faces that cut others, found in a separate process, as MeshLab may crash."""
+    """(m,) the faces that cut others, found in a separate process, because MeshLab may crash."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))

@@ -1,7 +1,7 @@
 """Reads and writes values of parameters as texts: on the command line, in settings, and in the attributes of a ``<Param>``.
 
 MeshLab drops a value that it cannot read, or takes 0. Here every fault of a ``<Param>`` is a complaint, and so is an expression
-that MeshLab's muParser cannot evaluate. All names of variables are valid, as custom attributes of the mesh are variables.
+that MeshLab's muParser cannot evaluate. All names of variables are valid, since custom attributes of a mesh are variables.
 """
 
 import contextlib
@@ -41,7 +41,7 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichOpenFile": {"exts_cardinality": True},
 }
 OLD_TYPES = frozenset({"RichPoint3f"})  # former names of types
-_MOST_CHOICES = 1000  # a limit, as MeshLab allocates as many words as a script announces
+_MOST_CHOICES = 1000  # a limit, because MeshLab allocates the number of words that a script declares
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -53,7 +53,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
     """The value of a parameter from its text on a command line or in a setting.
 
     A switch is true or false (also yes, no, on, off, 1, 0); a length is ``1%``, ``0.5edge`` or a number in mesh units; a choice
-    is its name; a point is ``1,2,3``; a colour is ``255,128,0``, or with opacity four numbers; a matrix is sixteen, row by row.
+    is its name; a point is ``1,2,3``; a colour is ``255,128,0``, or four numbers with opacity; a matrix is 16 numbers by rows.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain
@@ -291,7 +291,7 @@ def _mark_of_call(call: re.Match[str]) -> str:
 
 
 def _is_value(text: str) -> bool:
-    """Whether a text without parentheses is one value: values joined by operators, or choices between these."""
+    """Whether a text without parentheses is one value: values joined by operators, or choices ``?:`` of such values."""
     text = _ROW.sub("v", text)
     for _ in range(_DEEPEST):
         text = text.replace("v?v:v", "v")

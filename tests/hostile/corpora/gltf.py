@@ -150,12 +150,12 @@ ROWS = (
         doc(
             accessors__0__sparse={"count": 999, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}
         ),
-        "the places of the changes of accessor 0 takes 1,998 bytes of a buffer view of 8",
+        "the index list of sparse accessor 0 takes 1,998 bytes of a buffer view of 8",
     ),
     (
         "draco.gltf",
         doc(extensionsRequired=["KHR_draco_mesh_compression"], extensionsUsed=["KHR_draco_mesh_compression"]),
-        "it needs KHR_draco_mesh_compression, which is not known here; save it without",
+        "it needs KHR_draco_mesh_compression, unknown here; save the file without it",
     ),
     (
         "quant.gltf",
@@ -166,7 +166,7 @@ ROWS = (
     (
         "meshopt.gltf",
         doc(extensionsRequired=["EXT_meshopt_compression"]),
-        "it needs EXT_meshopt_compression, which is not known here; save it without",
+        "it needs EXT_meshopt_compression, unknown here; save the file without it",
     ),
     ("stride1.gltf", doc(bufferViews__0__byteStride=1), "the stride of buffer view 0 is 1"),
     ("stride_huge.gltf", doc(bufferViews__0__byteStride=10**9), "the stride of buffer view 0 is 1000000000"),
