@@ -1,4 +1,4 @@
-"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours.
+"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -192,7 +192,7 @@ def _check_held(system: _System, part: Submesh) -> None:
     """
     dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
     count, labels = sparse.csgraph.connected_components(system.inner, directed=False)
-    # The fixed vertices within the rings of each part.
+    # Finds the fixed vertices in the `order` rings around each part.
     around = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(points)))
     outwards = dirichlet.copy()
     outwards.data = ((dirichlet.data != 0.0) & ~part.free[dirichlet.indices]).astype(np.float64)

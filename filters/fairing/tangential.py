@@ -56,11 +56,11 @@ def tangential_smoothing(
 ) -> tuple[Floats, Ints]:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
-    the centroid of its neighbours, which makes good triangles. The energy alone would also move vertices off the surface. So each
-    iteration minimises it, projects the step to the tangent plane, and moves the vertex to the nearest point of the input
-    surface, found by a walk from its former place. A step is halved up to four times, and then dropped, if it would fold a
-    triangle or bring the middle of an edge or the centroid of a triangle farther from the input than allowed.
+    A_i is the Voronoi area of vertex i, p' are the new points. L_cotan p has no tangential part, so L_uniform p' has none at the
+    minimum either: projected along the normal, every vertex is the centroid of its neighbours, which makes good triangles. The
+    energy alone would also move vertices off the surface. So each iteration minimises it, projects the step to the tangent plane,
+    and moves the vertex to the nearest point of the input surface, found by a walk from its former place. A step is halved up to
+    four times, then dropped, if it would fold a triangle or bring the middle of an edge or a triangle too far from the input.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
     Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,

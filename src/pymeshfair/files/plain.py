@@ -212,7 +212,7 @@ def _vertices(tokens: Tokens, lines: Longs, prefix: str) -> tuple[Floats, dict[s
 
 
 def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArray[np.uint8]:
-    """Returns (l, 4) the colours behind the first `skipped` words of each line, which are whole numbers to 255 or decimals to 1."""
+    """Reads (l, 4) colours behind the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
     places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
     kinds, values = tokens.kinds[places], tokens.values[places]
     for wrong, why in (
