@@ -280,7 +280,7 @@ def _flip_pass(
 
 @compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
-    """Whether (a, d, c) and (d, b, c) are better triangles than (a, b, c) and (b, a, d), with nearly the same normals."""
+    """Whether (a, d, c) and (d, b, c) are better than (a, b, c) and (b, a, d), and their normals fulfil `_LEAST_COSINE`."""
     first, n1x, n1y, n1z = quality_and_normal(points, a, b, c)
     second, n2x, n2y, n2z = quality_and_normal(points, b, a, d)
     third, n3x, n3y, n3z = quality_and_normal(points, a, d, c)

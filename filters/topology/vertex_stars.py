@@ -1,6 +1,6 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
-At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. In this order, a kernel
+At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With this order, a kernel
 that needs both triangles of each edge visits each neighbour once. For a face (i, a, b), a and b are "ends" at i, (a, b) a "pair".
 """
 

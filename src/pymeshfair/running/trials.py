@@ -92,7 +92,7 @@ def trials(
 def _results(
     points: Floats, faces: Ints, scripts: Mapping[str, Script], timeout: float | None
 ) -> Iterator[tuple[str, Floats, Script]]:
-    """Run the scripts; for each that does not fail: its name, its result, and the script with its automatic sizes filled in."""
+    """Yield the name and the result of each script that does not fail, and the script with its automatic sizes filled in."""
     from ..files.ply_write import write_ply
 
     with tempfile.TemporaryDirectory(prefix="pymeshfair-trials-") as folder:
