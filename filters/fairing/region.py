@@ -25,8 +25,8 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-# The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
-# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
+# The mass of a vertex is at least `_LEAST_MASS` times the largest mass next to it, because slivers would spoil the conditioning.
+# This bound is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
@@ -307,7 +307,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """Returns the masses, each above 0 and at least `_LEAST_MASS` of the largest among its neighbours."""
+    """Returns the masses, each above 0 and at least `_LEAST_MASS` times the largest mass next to it."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))

@@ -88,7 +88,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the root of the mean of each row of (n, k) squared distances; the order in a row does not change any bit."""
+    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -128,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers, each rounded to a tiny part of the largest, so that the order does not matter."""
+    """Returns the sum of non-negative numbers. All are rounded to multiples of the same tiny number, so the order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

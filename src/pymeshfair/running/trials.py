@@ -45,8 +45,8 @@ def trials(
     """Try scripts on a sample of a scan.
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
-    starts where its neighbours predict it. The error of a script is the distance of its result from the measured vertices, along
-    the normals; motion within the surface does not count.
+    starts at the position that its neighbours predict. The error of a script is the distance of its result from the measured
+    vertices, along the normals; motion within the surface does not count.
 
     Args:
         vertices: (n, 3) coordinates.

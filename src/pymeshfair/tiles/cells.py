@@ -1,8 +1,8 @@
 """Divides points into buckets that fit into memory, and each bucket into cells; the slot of a point is its row in the files.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
-too many points is divided again, coincident points by their indices in the input. A cell has some hundreds of points of a bucket
-that lie close together, and their bounding box; a tile is a range of cells. No result depends on the division.
+too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
+close together (more in a huge cloud), and their bounding box; a tile is a range of cells. No result depends on the division.
 """
 
 from __future__ import annotations
