@@ -128,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers. All are rounded to multiples of the same tiny number, so the order does not matter."""
+    """Returns the sum of non-negative numbers. All are rounded to multiples of one tiny number, so the order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)
