@@ -116,7 +116,7 @@ def _fill_corner_angles(points: Floats, faces: Ints, angles: Floats) -> None:
 
 
 def area_vector(loop: Floats) -> Floats:
-    """(3,) half the sum of p_i x p_(i + 1): a plane loop's area times the unit normal from which it is counter-clockwise."""
+    """(3,) half the sum of p_i x p_(i + 1): a plane loop's area times the unit normal around which it is counter-clockwise."""
     centred = loop - loop.mean(axis=0)
     return np.asarray(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2.0)
 
@@ -196,7 +196,7 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
     """(m, 8) the unit normal, the area and the centre of every face, and a 0.
 
     A row fills one cache line, so a sweep over neighbouring faces loads one line per face. A face without area has the normal 0.
-    The vertices are of ordinary size, such as the points of a `NormalisedMesh`. A given `table` is overwritten.
+    The coordinates are of ordinary size, as in a `NormalisedMesh`: no square over- or underflows. A given `table` is overwritten.
     """
     table = np.zeros((len(faces), 8)) if table is None else table
     over_range(_measure_faces, len(faces), vertices, faces, table)

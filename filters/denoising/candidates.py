@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with the given values fixed; Taubin steps alone are left out if `filtering` is given."""
+        """Returns the repertoire with the given values fixed; Taubin steps alone are left out if `filtering` asks for rounds."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -124,8 +124,8 @@ FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring
 class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
-    `labels` has a list for each family: for Taubin steps alone, and for each chain after each number of Taubin steps. With
-    `alone`, further families move only the replaced outliers: all to their predicted positions, all but one then by a chain.
+    `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
+    With `alone`, further families move only the replaced outliers to their predicted positions; all but one then apply a chain.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class SettingsTried:
                 self._adjacency.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
-        """Returns for each family its results for (n, 3) points in mean edges; `held` are the held-out vertices.
+        """Returns the results of each family for (n, 3) points in units of the mean edge; `held` are the held-out vertices.
 
         The families that move only outliers also move the held-out vertices, from the positions that a quadric predicts. The
         errors of the held-out vertices then show how well such a family restores an outlier.

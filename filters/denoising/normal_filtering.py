@@ -177,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """The passes of a filter of face normals, in the order of `adjacency`; a part of a mesh needs the whole mesh's `distance`."""
+    """Filters face normals in the order of `adjacency`; a part of a mesh needs the mean centre `distance` of the whole mesh."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces

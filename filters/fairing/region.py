@@ -1,4 +1,4 @@
-"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours.
+"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours.
 
 Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
 """
@@ -25,8 +25,8 @@ from ..topology import Submesh, edges, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-# The mass of a vertex is raised to `_LEAST_MASS` of the largest mass next to it, because slivers would spoil the conditioning.
-# The limit is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
+# The mass of a vertex is at least `_LEAST_MASS` times the largest mass next to it, because slivers would spoil the conditioning.
+# This bound is local, since whole parts may be tiny. Masses below `_NO_MASS` of the mean mass count as 0.
 _LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
@@ -192,7 +192,7 @@ def _check_held(system: _System, part: Submesh) -> None:
     """
     dirichlet, points, places = system.dirichlet, part.points, np.flatnonzero(part.free)
     count, labels = sparse.csgraph.connected_components(system.inner, directed=False)
-    # The fixed vertices within the rings of each part.
+    # Finds the fixed vertices in the `order` rings around each part.
     around = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(points)))
     outwards = dirichlet.copy()
     outwards.data = ((dirichlet.data != 0.0) & ~part.free[dirichlet.indices]).astype(np.float64)
@@ -307,7 +307,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """Returns the masses, each above 0 and at least `_LEAST_MASS` of the largest among its neighbours."""
+    """Returns the masses, each above 0 and at least `_LEAST_MASS` times the largest mass next to it."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))

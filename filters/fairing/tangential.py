@@ -56,11 +56,11 @@ def tangential_smoothing(
 ) -> tuple[Floats, Ints]:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
-    the centroid of its neighbours, which makes good triangles. The energy alone would also move vertices off the surface. So each
-    iteration minimises it, projects the step to the tangent plane, and moves the vertex to the nearest point of the input
-    surface, found by a walk from its former place. A step is halved up to four times, and then dropped, if it would fold a
-    triangle or bring the middle of an edge or the centroid of a triangle farther from the input than allowed.
+    A_i is the Voronoi area of vertex i, p' are the new points. L_cotan p has no tangential part, so L_uniform p' has none at the
+    minimum either: projected along the normal, every vertex is the centroid of its neighbours, which makes good triangles. The
+    energy alone would also move vertices off the surface. So each iteration minimises it, projects the step to the tangent plane,
+    and moves the vertex to the nearest point of the input surface, found by a walk from its former place. A step is halved up to
+    four times, then dropped, if it would fold a triangle or bring the middle of an edge or a triangle too far from the input.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
     Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,
@@ -280,7 +280,7 @@ def _flip_pass(
 
 @compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
-    """Whether (a, d, c) and (d, b, c) are better triangles than (a, b, c) and (b, a, d), with nearly the same normals."""
+    """Whether (a, d, c) and (d, b, c) are better than (a, b, c) and (b, a, d), and their normals fulfil `_LEAST_COSINE`."""
     first, n1x, n1y, n1z = quality_and_normal(points, a, b, c)
     second, n2x, n2y, n2z = quality_and_normal(points, b, a, d)
     third, n3x, n3y, n3z = quality_and_normal(points, a, d, c)

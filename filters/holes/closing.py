@@ -15,7 +15,7 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: The energy that `fair_region` minimises to place new vertices, from the lowest to the highest; "none" leaves them in place.
+#: The energies that `fair_region` may minimise to place new vertices, the lowest first; "none" leaves them in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.

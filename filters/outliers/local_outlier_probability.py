@@ -17,7 +17,7 @@ from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leav
 SPREAD_BLOCK = 1 << 16
 #: Largest rounding error of a difference of distances, in the unit of a search tree, whose largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: Largest relative rounding error: near the origin, distances below `_ROUNDING` may still be exact.
+#: Largest relative difference that counts as rounding: near the origin, distances below `_ROUNDING` may still be exact.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074
@@ -88,7 +88,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row changes no bit."""
+    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -128,7 +128,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers, each rounded to a multiple of a tiny part of the largest: equal in any order."""
+    """Returns the sum of non-negative numbers. All are rounded to multiples of one tiny number, so the order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

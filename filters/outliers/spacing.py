@@ -20,10 +20,10 @@ _LARGEST = 2.0**53
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """Returns (n,) the distance of each vertex from the nearest point, in spacings of the cloud.
 
-    The spacing at a point is the mean distance to its six nearest neighbours; the spacing of the cloud is their median. In
-    sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing at the twenty
-    points around the nearest point. Screened Poisson closes a surface also where the cloud has no points. After removal of
-    vertices with large gaps, the surface ends where the cloud ends.
+    The spacing at a point is the mean distance to its six nearest neighbours; the spacing of the cloud is the median over its
+    points. In sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing at
+    the twenty points around the nearest point. Screened Poisson closes a surface also where the cloud has no points. After
+    removal of vertices with large gaps, the surface ends where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.

@@ -17,7 +17,7 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: The thickness is measured up to b = `_BOUND` displacements: f then shortens them by only 2 %, as tanh(x) / x is 0.98 at 1/4.
+#: `enhance_details` measures b only up to this multiple of the displacement: f then shortens it by 2 %, as tanh(1/4) = 0.98 / 4.
 _BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3
@@ -61,7 +61,7 @@ def enhance_details(
     """Amplifies the relief of a surface along the normals of its base shape: p' = p + f((gain - 1) s h) n, h the relief's height.
 
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
-    2. h = r - K_long r with r = n . (K_short p - K_long p). Without - K_long r a bulge would grow as a whole.
+    2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
        both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.
     4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller

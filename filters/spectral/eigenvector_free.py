@@ -62,7 +62,7 @@ def filter_without_eigenvectors(
         values: v, (n,) or (n, k).
         response: F.
         tolerance: the largest error in the M-norm, as a share of |v - means|_M; the solves of the rational route may add a third
-            of it. Below 1e-12 the rounding errors are larger. The time grows with the logarithm of 1 / tolerance.
+            of it. Below 1e-12 the rounding errors exceed it. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the cutoff wavelength has edges, and more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # The factors 4 sum_{j > k} |c_j| (j - k): a solve has the factor 4 in T_{k+1}; its error grows like the polynomials U.
+    # 4 sum_{j > k} |c_j| (j - k): T_{k+1} has 4 R T_k, and errors grow like the Chebyshev polynomials of the second kind.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
@@ -227,7 +227,7 @@ class _System:
                 x += self._factors.solve(residual)
                 error, residual = self._bound(right, x)
             if error > allowed:
-                # Rounding at tiny triangles makes the bound far too large; the size of one more correction is closer.
+                # Rounding at tiny triangles makes the bound far too large; one more correction has nearly the size of the error.
                 error = min(error, m_norm(self._mass, self._factors.solve(residual)))
             return x, error
         # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
@@ -253,13 +253,13 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # With kappa = sigma tan^2(theta / 2): the smaller angle theta, from 0 to the lowest cutoff or from the highest to pi.
+    # With kappa = sigma tan^2(theta / 2): the smaller of two angles, from 0 to the lowest cutoff and from the highest to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
 
 
-#: The least number of samples of a function, and the number of samples times its `width`.
+#: The least number of samples of a function, and the number of samples times the `width` of its narrowest feature.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
 #: Coefficients below this share of the largest coefficient are rounding errors.
 _NOTHING = 1e-15

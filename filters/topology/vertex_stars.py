@@ -1,7 +1,7 @@
 """Stars of vertices: the neighbours of each vertex in their order round it.
 
-At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With neighbours in this
-order, a kernel that needs both triangles of each edge visits each neighbour once. A "pair" is (a, b) for a face (i, a, b) at i.
+At a manifold vertex the triangles form a closed ring, or on the border a fan between two border edges. With this order, a kernel
+that needs both triangles of each edge visits each neighbour once. For a face (i, a, b), a and b are "ends" at i, (a, b) a "pair".
 """
 
 from typing import Any, NamedTuple, TypeAlias
@@ -58,7 +58,7 @@ class Stars(NamedTuple):
         return counts
 
     def border_edges(self) -> Ints:
-        """(b, 2) the edges with exactly one face, lower vertex first."""
+        """(b, 2) the edges with exactly one face, the lower vertex index first."""
         on_border = np.flatnonzero(self.kinds == OPEN)
         places, faces = np.unique(self.ends, return_counts=True)
         entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1, places[faces == 1]])
@@ -177,7 +177,7 @@ def slot_of(vertex: int) -> int:
 
 @compiled
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
-    """Joins the pairs of a star to a walk ab, bc, cd ... za once round, and writes it to `walks`; False if it finds no such walk.
+    """Joins the pairs of a star to a closed walk ab, bc, cd ... za, and writes it to `walks`; returns False if it finds none.
 
     `table` is a hash table, so the walk needs no search: an entry has the vertex, the place of its pair, the tag of this star and
     the slot of the next vertex. The walk fails if triangles are oriented differently or two vertices share a slot.
@@ -215,7 +215,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
 
 @compiled
 def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
-    """Writes the walk ab, bc, cd ... za of `size` pairs from `start` on to `walks`, in the order of a closed star (`Stars`)."""
+    """Writes to `walks` the walk ab, bc ... za of the `size` pairs from `start` on, in the order of a closed star (`Stars`)."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
     for m in range(size):

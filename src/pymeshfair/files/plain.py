@@ -20,7 +20,7 @@ from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, 
 #: for each line of a facet: its first word, and its number of words
 _FACET = ((b"facet", 5), (b"outer", 2), (b"vertex", 4), (b"vertex", 4), (b"vertex", 4), (b"endloop", 1), (b"endfacet", 1))
 _ROW = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bits", "<u2")])
-#: the header of MeshLab's coloured files, which use the highest bit in another way than Magics
+#: the header of MeshLab's coloured files; in these, the highest bit means the opposite of what it means in files of Magics
 _OF_MESHLAB = b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f "
 _HEAD = b"STL of pymeshfair"
 #: beginnings of headers that programs write by default, and that no user wants to keep
@@ -78,7 +78,7 @@ def _colors(head: bytes, bits: NDArray[np.uint16]) -> tuple[NDArray[np.uint8] | 
     """Returns (m, 4) colours of facets or None, and the number of facets with other data.
 
     Magics writes ``COLOR=`` in the header, and sets the highest bit of facets with the colour of the header. VisCAM sets the
-    highest bit of coloured facets, and others are white; so does MeshLab, although it writes ``COLOR=`` in the header.
+    highest bit of coloured facets, and the others are white. MeshLab writes files like Magics, but the highest bit like VisCAM.
     """
     magics = b"COLOR=" in head
     is_coloured = (bits & _HIGHEST == 0) == (magics and not head.startswith(_OF_MESHLAB))
@@ -212,7 +212,7 @@ def _vertices(tokens: Tokens, lines: Longs, prefix: str) -> tuple[Floats, dict[s
 
 
 def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArray[np.uint8]:
-    """Returns (l, 4) the colours behind the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
+    """Reads (l, 4) colours behind the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
     places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
     kinds, values = tokens.kinds[places], tokens.values[places]
     for wrong, why in (
@@ -293,7 +293,7 @@ def polylines(edges: np.ndarray) -> Iterator[list[int]]:
     for number, ends in enumerate(pairs):
         for vertex in ends:
             at.setdefault(vertex, []).append(number)
-    # Closed curves without a fork have no end: they come last, each from its lowest vertex.
+    # Closed curves without a fork have no end: they come last, each from its lowest vertex index.
     for start in sorted(at, key=lambda vertex: (len(at[vertex]) == 2, vertex)):
         for first in at[start]:
             curve, number = [start], first
@@ -323,7 +323,7 @@ def write_dxf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes curves as paths in mesh units, without the coordinate of their least extent, y upwards."""
+    """Writes curves as paths in mesh units. Leaves out the axis of least extent; the second of the other axes points upwards."""
     curves = _curves(mesh)
     curve_vertices = mesh.vertices[np.unique(mesh.edges)]
     sizes = np.ptp(curve_vertices, axis=0)

@@ -81,7 +81,7 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
-    """Locks an output for writing, if the file system has locks; `OutputBusyError` if another run has locked it."""
+    """Locks an output for writing, if the file system has locks; raises `OutputBusyError` if another run has locked it."""
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):

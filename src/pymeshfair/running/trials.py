@@ -45,8 +45,8 @@ def trials(
     """Try scripts on a sample of a scan.
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
-    starts where its neighbours predict it. The error of a script is the distance of its result from the measured vertices, along
-    the normals; motion within the surface does not count.
+    starts at the position that its neighbours predict. The error of a script is the distance of its result from the measured
+    vertices, along the normals; motion within the surface does not count.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -92,7 +92,7 @@ def trials(
 def _results(
     points: Floats, faces: Ints, scripts: Mapping[str, Script], timeout: float | None
 ) -> Iterator[tuple[str, Floats, Script]]:
-    """Run the scripts; for each that does not fail: its name, its result, and the script with its automatic sizes filled in."""
+    """Yield the name and the result of each script that does not fail, and the script with its automatic sizes filled in."""
     from ..files.ply_write import write_ply
 
     with tempfile.TemporaryDirectory(prefix="pymeshfair-trials-") as folder:

@@ -1,8 +1,8 @@
 """Divides points into buckets that fit into memory, and each bucket into cells; the slot of a point is its row in the files.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
-too many points is divided again; coincident points are divided by their numbers. A cell is some hundred points of a bucket that
-lie close together, with their bounding box; a tile is a range of cells. No result depends on the division.
+too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
+close together (more in a huge cloud), and their bounding box; a tile is a range of cells. No result depends on the division.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Column:
             file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def gather(self, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Returns the rows of an index array of any shape, through a memory map: for few rows that lie in groups."""
+        """Returns the given rows, an array of any shape, through a memory map; use it for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         mapped = np.memmap(self.path, self.dtype, "r")
