@@ -174,7 +174,7 @@ def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] 
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
-    """Numbers components by lowest vertex; returns (n,) the number at each vertex, -1 without a proper face, and the count."""
+    """Numbers components by lowest vertex; returns (n,) the number at each vertex (-1 without a proper face), and their count."""
     labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
     return labels, int(count)
 
@@ -226,7 +226,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the (n,) free vertices with 1 or more rings around them: all faces at free vertices and at all rings but the last.
+    """Returns the (n,) free vertices with `rings` >= 1 rings around them: all faces at these vertices and all rings but the last.
 
     Each ring takes one pass over the faces; the other steps take time linear in the size of the submesh. Border vertices of the
     mesh and vertices without a triangle are not free in the result.
@@ -249,7 +249,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 
 @compiled
 def _touching(faces: Ints, marked: Bools) -> Ints:
-    """The triangles with a marked vertex, in their order."""
+    """The triangles with a marked vertex, in the order of `faces`."""
     touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # the system allocates only the pages that are written
     at = 0
     for f in range(faces.shape[0]):
