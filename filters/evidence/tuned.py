@@ -33,8 +33,8 @@ SURE, RIVALS = 0.05, 2
 #: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
-#: level, other filters by up to 1.18 times. In uneven noise residuals beside outliers are at least 1.2 times those elsewhere, with
-#: impulses up to 1.1 times. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
+#: level, other filters by up to 1.18 times. In uneven noise residuals beside outliers are at least 1.2 times those elsewhere,
+#: with impulses up to 1.1. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05

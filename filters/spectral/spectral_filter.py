@@ -28,7 +28,7 @@ from .problem import (
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
 #: The default of `largest_size` is this many times `detail_size`: two octaves.
 BAND = 4.0
-#: The most numbers that the basis of modes may have: 0.8 GB.
+#: The largest number of entries in the matrix of modes: 0.8 GB.
 LARGEST_BASIS = 100_000_000
 #: A safety factor on the number of modes by Weyl's law, which neglects a term that grows with the length of the border.
 _MARGIN = 1.15
@@ -194,8 +194,8 @@ def _brick_wall(
 ) -> SpectralResult:
     """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
-    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves and the
-    remainder, all shorter waves, get the response at infinity. If `band_of` is None, the remainder is dropped.
+    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves, and the
+    remainder (all shorter waves), get the response at infinity. If `band_of` is None, the remainder is dropped.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf

@@ -172,7 +172,7 @@ class Comparison:
     volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # number of faces of the second mesh turned over 90 degrees from the first at over half their samples
+    flipped_faces: int | None  # number of faces of the second mesh turned by over 90 degrees at more than half of their samples
     sharp_edges_kept: float | None  # share by length of the first mesh's sharp edges with one of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
