@@ -2,7 +2,7 @@
 
 Both move a vertex to a weighted mean of the positions that its neighbours predict. The space kernel weights by the distance of
 the neighbour, the range kernel by the distance of the prediction: predictions from across a feature are far off and count little.
-Both kernels can be those of any M-estimator. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
+Each kernel is the weight of an M-estimator. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
 import math

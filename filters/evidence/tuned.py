@@ -25,7 +25,7 @@ FLIPPED = 0.003
 # No noise.
 #: A noise level below this counts as no noise. Clean surfaces have a level below this in their calm parts.
 NO_NOISE = 0.01
-#: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on figures with noise of 0.1 edges.
+#: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
 #: best. 9 of 10 sure choices are within 5 % of the best; without the limit on rivals 3 of 4, at correlations of 0.05 to 0.1 half.
@@ -38,7 +38,7 @@ SURFACE_WHERE_CALM = 0.16
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
-#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, figures and surfaces.
+#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, statues and surfaces.
 EVEN = 1.3
 #: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and are no sign of uneven noise.
 WEAK = 0.05
@@ -50,9 +50,9 @@ IMPULSIVE = 0.01
 STANDS_OUT = 3.0
 
 # Correlated noise.
-#: The mean face normal of a depth map is longer than this; noisy maps have a length of 0.5 and more.
+#: The mean of the unit face normals of a depth map is longer than this: 0.5 and more for noisy maps.
 FACING = 0.4
-#: Depth maps have more than this share of squared residuals along one direction: 0.9 or more (lens up to 45 degrees); others 0.6.
+#: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens up to 45 degrees); other meshes 0.6.
 ON_LINES = 0.75
 #: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
 CUT_OFF = 0.06

@@ -221,7 +221,7 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's size."""
+    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's norm."""
     rest, after = values.copy(), np.zeros_like(values)
     for k in range(shapes.shape[1]):  # one by one, because the rounding of a matrix product may depend on the number of threads
         along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)

@@ -90,7 +90,7 @@ class Process:
         Args:
             order: the work.
             take: called with each item except the answer; if it raises, the wait ends.
-            items: the queue for items, to which others may also add.
+            items: the queue for items, to which other threads may also add.
             pulse: called before each wait for an item; returns how many seconds it may last. If it raises, the wait ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
