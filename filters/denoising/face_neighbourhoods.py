@@ -75,7 +75,7 @@ def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNei
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
-    """Returns the mean distance between centres of edge neighbours, by the table of `measure_faces`; 0 without edge neighbours."""
+    """Returns the mean distance between centres of edge neighbours, by the table of `measure_faces`; 0 if there are none."""
     sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
     # An exact sum does not depend on the order of the faces. Iterating over the buffer is faster than over the array.

@@ -73,7 +73,7 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
 
 
 def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
-    """Splits the map from each edge to the next into its cycles, and the edges that lie on no cycle."""
+    """Returns the cycles of the map from each edge to the next edge, and the edges that lie on no cycle."""
     next_of = following.tolist()
     on_paths = set()
     for e in set(range(len(next_of))) - set(next_of):
@@ -226,7 +226,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the (n,) free vertices with `rings` >= 1 rings around them: all faces at these vertices and all rings but the last.
+    """Returns the (n,) free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
 
     Each ring takes one pass over the faces; the other steps take time linear in the size of the submesh. Border vertices of the
     mesh and vertices without a triangle are not free in the result.

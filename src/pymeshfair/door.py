@@ -151,7 +151,7 @@ class Door:
                 getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
-        """The elements of the current layer on which lengths are measured."""
+        """The vertices, faces and edges of the current layer, to convert relative lengths."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 

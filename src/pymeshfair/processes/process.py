@@ -38,7 +38,7 @@ _PATIENCE = 5.0
 _PULSE = 0.5
 #: a task fails when this many processes are lost with it
 _MOST_LOST = 4
-#: the number of the parameter of the C function ``mallopt`` that is used
+#: the number of the trim threshold among the parameters of the C function ``mallopt``
 _M_TRIM_THRESHOLD = -1
 
 
