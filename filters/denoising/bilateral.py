@@ -2,7 +2,7 @@
 
 Both move a vertex to a weighted mean of the positions that its neighbours predict. The space kernel weights by the distance of
 the neighbour, the range kernel by the distance of the prediction: predictions from across a feature are far off and count little.
-Any M-estimator serves as either kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
+Each kernel is the weight of an M-estimator. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
 import math
@@ -123,7 +123,7 @@ def bilateral_jones(
         range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median distance of the corners of
             triangles from their mollified planes.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: 2 mean edges,
-            which is sqrt(2) in the paper's normalisation.
+            so that the paper's sigma_f is sqrt(2) mean edges.
         border: "fixed" or "free".
         movable: (n,) bool, which vertices may move, None for all. Triangles of fixed vertices still count.
         progress: called after the mollification and at the end.
@@ -366,13 +366,13 @@ def _first_not_below(keys: Longs, key: int) -> int:
 
 
 @compiled(parallel=True)
-def _estimate(points: Floats, out: Floats, which: Ints, triangles: _Triangles, space: Term, term: Term, to_centres: bool) -> None:
+def _estimate(points: Floats, out: Floats, rows: Ints, triangles: _Triangles, space: Term, term: Term, to_centres: bool) -> None:
     centres, normals, areas, keys, low, size, shape = triangles
     reach = (REACH * space.sigma) ** 2
-    for m in prange(which.shape[0]):
-        i = which[m]
+    for m in prange(rows.shape[0]):
+        i = rows[m]
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        # The clamps are needed because a corner may be some cells outside of the grid of centres.
+        # The clamps are needed because a vertex may lie some cells outside the grid of the centres.
         cx = min(max(np.int64((px - low[0]) / size), 0), shape[0] - 1)
         cy = min(max(np.int64((py - low[1]) / size), 0), shape[1] - 1)
         cz = min(max(np.int64((pz - low[2]) / size), 0), shape[2] - 1)

@@ -15,8 +15,8 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces with centres within a distance, reached by such steps over such faces
-#: only. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: steps between faces that share a vertex. "radius": faces with centres within a distance, if a path of such steps over such
+#: faces leads there. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`: a mesh has two faces for each vertex, and a pass reads a row of 8 numbers for each face.
+# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads the rows of two faces, 8 numbers each.
 _SIZE = 6
 
 
@@ -75,7 +75,7 @@ def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNei
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
-    """Returns the mean distance of the centres of edge neighbours, by the table of `measure_faces`; 0 without such neighbours."""
+    """Returns the mean distance between centres of edge neighbours, by the table of `measure_faces`; 0 if there are none."""
     sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
     # An exact sum does not depend on the order of the faces. Iterating over the buffer is faster than over the array.
@@ -198,7 +198,7 @@ def _visit(
     first: int,
     last: int,
 ) -> None:
-    """Lists for `_listed` the faces within `rings` steps; with `centres`, steps go only to faces at most sqrt(`square`) away."""
+    """Lists for `_listed` the faces within `rings` steps; with `centres`, steps stay within sqrt(`square`) of i's centre."""
     near_offsets, near = touching
     seen = np.full(near_offsets.shape[0] - 1, -1, dtype=np.int32)
     queue = np.empty(64, dtype=np.int32)
@@ -235,8 +235,8 @@ def _visit_within(
     """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
     A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
-    lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. Shortened paths are passed on until
-    no path changes; for few faces this is faster than a priority queue. Faces are listed in the order of the search.
+    lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. Shorter paths are extended to
+    neighbours until no path changes; for few faces this is faster than a priority queue. Faces are in the order of the search.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

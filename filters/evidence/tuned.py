@@ -1,76 +1,76 @@
 """Tuned constants of the automatic choice of filters, each with the measurement behind it. Lengths are in mean edges.
 
-A mean angle is the error of the face normals. A number after "without it" is the mean angle without the rule over the mean angle
-with the rule; docs/denoising.md has all rules.
+The mean angle is the mean error of the face normals. A number after "without it" is the factor by which the mean angle is larger
+without the rule than with it; docs/denoising.md has all rules.
 """
 
 #: The median absolute value of a normal distribution of standard deviation 1.
 MEDIAN_OF_NORMAL = 0.6744897501960817
-#: A setting is dropped if it is more than this many standard errors behind the best. Not tuned: 3 gives the same choices.
+#: A setting is dropped if it is more than this many standard errors worse than the best. Not tuned: 3 gives the same choices.
 STAYS = 2.0
 
 # Cross-validation.
 #: Number of sets of held-out vertices. With one set instead of four the mean angle is 2 % larger. On a dodecahedron with impulses
 #: it is 0.59 degrees with four or six sets, 0.39 with eight.
 MASKS = 8
-#: Deviations are clipped at this multiple of the median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
+#: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
-#: The median at a held-out vertex is over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges on its
-#: halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7 times. 40 to 90 choose the same.
+#: The median for a held-out vertex is taken over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges
+#: on its halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7. 40 to 90 choose the same.
 NEAR = 60
-#: A setting that flips a larger share of faces loses to a rival that flips fewer than half as many: without it 1.73 and 2.17 on a
-#: bunny with sparse noise.
+#: A setting that flips more than this share of faces loses to a rival that flips fewer than half as many: without it 1.73 and
+#: 2.17 on a bunny with sparse noise.
 FLIPPED = 0.003
 
 # No noise.
-#: A lower noise level counts as no noise. Clean surfaces have a lower level in their calm parts.
+#: A noise level below this counts as no noise. Clean surfaces have a level below this in their calm parts.
 NO_NOISE = 0.01
-#: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on figures with noise of 0.1 edges.
+#: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
-#: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors. Nine
-#: of ten sure choices are within 5 % of the best setting; 3 of 4 with any number of rivals, half at correlations of 0.05 to 0.1.
+#: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
+#: best. 9 of 10 sure choices are within 5 % of the best; without the limit on rivals 3 of 4, at correlations of 0.05 to 0.1 half.
 SURE, RIVALS = 0.05, 2
 #: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
-#: level, other filters by up to 1.18 times. Residuals beside outliers are at least 1.2 times those elsewhere in uneven noise, up
-#: to 1.1 times for impulses. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
+#: level, other filters by up to 1.18 times. In uneven noise residuals beside outliers are at least 1.2 times those elsewhere,
+#: with impulses up to 1.1. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
-#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, figures and surfaces.
+#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, statues and surfaces.
 EVEN = 1.3
-#: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and show no uneven noise.
+#: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and are no sign of uneven noise.
 WEAK = 0.05
 
 # Impulse noise.
-#: Share of outliers. Impulse noise has a larger share, uneven noise over half of it; Gaussian up to 0.003, clean meshes 0.007.
+#: Share of outliers: impulse noise has more than this, uneven noise over half of this, Gaussian up to 0.003, clean meshes 0.007.
 IMPULSIVE = 0.01
-#: The residual of an outlier exceeds this multiple of the deviation of the mesh, and of the median in its two rings.
+#: The residual of an outlier exceeds this multiple of the residuals' standard deviation, and of their median in its two rings.
 STANDS_OUT = 3.0
 
 # Correlated noise.
-#: The mean face normal of a depth map is longer than this; noisy maps have a length of 0.5 and more.
+#: The mean of the unit face normals of a depth map is longer than this: 0.5 and more for noisy maps.
 FACING = 0.4
-#: Depth maps have more than this share of squared residuals along one direction: 0.9 or more (lens up to 45 degrees); others 0.6.
+#: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens up to 45 degrees); other meshes 0.6.
 ON_LINES = 0.75
 #: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
 CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise: depth maps have 0.033, fused maps 0.02 and more. Maps without
 #: noise have up to 0.012, smoothed fused scans 0.015.
 INDEPENDENT = 0.02
-#: Rounded meshes get the setting with the least roughness * (this + distance of vertices from rounding intervals, in steps).
+#: The setting for rounded coordinates has the least roughness * (this + distance of vertices from rounding intervals, in steps).
 OUT_OF_STEP = 0.08
-#: A rounded mesh has at least this share of faces parallel to a level: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
+#: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
 #: Fourth-order differences of a rounded surface differ from step / sqrt(12) by less than this factor: they are 0.9 to 1.9 times
 #: as large, those of designed parts up to 0.4 times, or 6 times as large.
 ROUNDED = 2.0
 
 # Clouds.
-#: A cloud with less noise in its calmest part, in spacings, is clean. Exact surfaces and smoothed scans have at most half of it.
+#: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans have up to half.
 CLOUD_NO_NOISE = 0.03
 #: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 if it is strong.
 CLOUD_INDEPENDENT = -0.085
-#: The level in the calmest part for noise of half a spacing. Above it, if residuals correlate, a quarter of the points is judged.
+#: The level in the calmest part for noise of half a spacing. Above it, if residuals correlate, a quarter of the points is used.
 CLOUD_THICK = 0.33

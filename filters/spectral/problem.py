@@ -1,11 +1,11 @@
 """The eigenproblem of a surface, S v = kappa M v, and responses: the factors by which filters multiply its modes.
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
-All responses combine one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): diffusion of order n over the time that halves
-the amplitude at omega_c. The profile is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate
-by polynomials. It falls faster and so needs fewer eigenvectors: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational
-one is still 5 %. The default n = 2 is the lowest order that is flatter at omega = 0 than ordinary diffusion. Higher orders are
-closer to an ideal cutoff, ring more and cost more.
+All responses combine profiles exp(-ln 2 (omega / omega_c)^(2 n)) with one or two cutoffs omega_c: diffusion of order n over the
+time that halves the amplitude at omega_c. A profile is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy
+to approximate by polynomials. It falls faster and so needs fewer eigenvectors: at n = 2 it is below 1e-6 beyond 2.11 omega_c,
+where the rational function is still 5 %. The default n = 2 is the lowest order that is flatter at omega = 0 than ordinary
+diffusion. Higher orders are closer to an ideal cutoff, ring more and cost more.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ class Response:
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
 
-    A larger `detail_size`, in mesh units, is smoother. A larger `order` n cuts off more sharply, takes longer and rings more.
+    A larger `detail_size`, in mesh units, removes more. A larger `order` n cuts off more sharply, takes longer and rings more.
     """
     return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
 
@@ -172,7 +172,7 @@ def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, ord
     """Keeps only waves between two lengths, and the centroid of each component: the difference of two low passes.
 
     At both ends the amplitude is half of `gain` up to an error. As a share of `gain` the error is 2^-q at the short end and
-    1 - 2^(-1 / q) at the long end, where q = (largest_size / detail_size)^(2 n): at most 4 % for an octave and n = 2.
+    1 - 2^(-1 / q) at the long end, where q = (largest_size / detail_size)^(2 n): at most 4.3 % for an octave and n = 2.
 
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.

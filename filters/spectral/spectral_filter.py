@@ -28,7 +28,7 @@ from .problem import (
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
 #: The default of `largest_size` is this many times `detail_size`: two octaves.
 BAND = 4.0
-#: The most numbers that the basis of modes may have: 0.8 GB.
+#: The largest number of entries in the matrix of modes: 0.8 GB.
 LARGEST_BASIS = 100_000_000
 #: A safety factor on the number of modes by Weyl's law, which neglects a term that grows with the length of the border.
 _MARGIN = 1.15
@@ -86,11 +86,11 @@ def spectral_filter(
         response: "low_pass" removes waves shorter than `detail_size`. "band_pass" keeps only waves from `detail_size` to
             `largest_size`, and the centroids. "enhance" multiplies the waves of this band by `gain` and keeps all others.
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest wavelength of a
-            band. Larger is smoother, and enhances larger details.
+            band. Larger smooths more, and enhances larger details.
         largest_size: the longest wavelength of a band, in mesh units; None for four times the shortest. "low_pass" ignores it.
         modes: in place of `detail_size`, the number of lowest modes of all components together that are kept; all others are
             dropped (brick wall). The constant mode of each component holds its centroid: it is kept and not counted. Fewer modes
-            are smoother; a small component without a mode among the lowest shrinks to its centroid. Without eigenvectors, the
+            smooth more; a small component without a mode among the lowest shrinks to its centroid. Without eigenvectors, the
             smooth response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: the order of the smooth responses, see `low_pass`. Larger cuts off more sharply.
@@ -194,8 +194,8 @@ def _brick_wall(
 ) -> SpectralResult:
     """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
 
-    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves and the
-    remainder, all shorter waves, get the response at infinity. If `band_of` is None, the remainder is dropped.
+    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves, and the
+    remainder (all shorter waves), get the response at infinity. If `band_of` is None, the remainder is dropped.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
@@ -221,7 +221,7 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's size."""
+    """Multiplies the modes of the values by `factors`, the remainder by `infinity`; returns the sum and the remainder's RMS."""
     rest, after = values.copy(), np.zeros_like(values)
     for k in range(shapes.shape[1]):  # one by one, because the rounding of a matrix product may depend on the number of threads
         along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)

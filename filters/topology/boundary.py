@@ -73,7 +73,7 @@ def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
 
 
 def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
-    """Splits the map from each edge to the next into its cycles, and the edges that lie on no cycle."""
+    """Returns the cycles of the map from each edge to the next edge, and the edges that lie on no cycle."""
     next_of = following.tolist()
     on_paths = set()
     for e in set(range(len(next_of))) - set(next_of):
@@ -174,7 +174,7 @@ def _fans(v: int, next_of: dict[int, int], vertices: Floats) -> list[list[int]] 
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
-    """Numbers components by lowest vertex; returns (n,) the number at each vertex, -1 without a proper face, and the count."""
+    """Numbers components by lowest vertex; returns (n,) the number at each vertex (-1 without a proper face), and their count."""
     labels, count = _label_components(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
     return labels, int(count)
 
@@ -226,7 +226,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the (n,) free vertices with 1 or more rings around them: all faces at free vertices and at all rings but the last.
+    """Returns the (n,) free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
 
     Each ring takes one pass over the faces; the other steps take time linear in the size of the submesh. Border vertices of the
     mesh and vertices without a triangle are not free in the result.
@@ -249,7 +249,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 
 @compiled
 def _touching(faces: Ints, marked: Bools) -> Ints:
-    """The triangles with a marked vertex, in their order."""
+    """The triangles with a marked vertex, in the order of `faces`."""
     touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # the system allocates only the pages that are written
     at = 0
     for f in range(faces.shape[0]):

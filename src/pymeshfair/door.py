@@ -74,7 +74,7 @@ class Door:
         return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Applies a step of a MeshLab filter; returns the values of all parameters (lengths in mesh units), and its report."""
+        """Applies a MeshLab filter; returns the values of all its parameters (lengths in mesh units), and the filter's report."""
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
@@ -112,7 +112,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
-        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, numbers, matrix."""
+        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, element numbers, matrix."""
         folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
@@ -151,7 +151,7 @@ class Door:
                 getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
-        """The elements of the current layer on which lengths are measured."""
+        """The vertices, faces and edges of the current layer, to convert relative lengths."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
@@ -241,7 +241,7 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int
 
 
 def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
-    """The scalar custom attributes of a mesh by name, also those that only its file holds."""
+    """The scalar custom attributes of a mesh by name, including those that only its file holds."""
     attributes, standard = (
         (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
     )
@@ -257,7 +257,7 @@ def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
 
 
 def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
-    """(n,) the original number of each element, -1 for new ones; None if the numbers are lost or reach `count`."""
+    """(n,) the original number of each element, -1 for new ones; None if the numbers are lost or one is `count` or more."""
     marks = _attribute(mesh, element, _ID)
     if marks is None:
         return None

@@ -1,7 +1,7 @@
-"""Outcomes of scans: the journal, from which a batch can resume, the outliers, and ``batch.json`` and ``batch.csv``.
+"""Outcomes of scans: the journal, from which a batch can resume, the search for outliers, and the tables of a batch.
 
-A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. The tables have all
-scans, also those cleaned before the batch was resumed. `QUESTIONS` has the numbers that are compared to find outliers.
+A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. ``batch.json`` and
+``batch.csv`` have all scans, also those cleaned before the batch was resumed. `QUESTIONS` has the numbers that show outliers.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
     """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
 
     If more than half of the numbers are equal, that deviation is 0, and the mean absolute deviation replaces it [iglewicz1993].
-    None and numbers that are not finite get the score None. All scores are None for fewer than five or only equal finite numbers.
+    None, infinity and NaN get the score None. If fewer than five numbers are finite, or all of these are equal, all get None.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
     median = statistics.median(finite or [0.0])

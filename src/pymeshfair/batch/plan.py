@@ -40,7 +40,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
     """Returns the scans that arguments name, in their order, without repetition.
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
-    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these in each line; or a table
+    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument in each line; or a table
     ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Paths in a list or a table are relative to its folder.
     """
     scans: dict[tuple[object, ...], RequestedScan] = {}
@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Drops outputs of runs from the scans in folders and patterns; returns the other scans, and the paths of these outputs."""
+    """Drops, unless named directly, scans in `folder` and outputs of runs on other scans; returns the rest and dropped paths."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)

@@ -1,4 +1,4 @@
-"""Reads and formats ``OUTPUT.provenance.json``, the record of how an output was made; equal runs differ only in its ``"run"``."""
+"""Reads and formats ``OUTPUT.provenance.json``, which records how an output was made; equal runs differ only in ``"run"``."""
 
 import hashlib
 import json

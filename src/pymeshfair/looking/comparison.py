@@ -35,7 +35,7 @@ from ..running.read import ReadMesh
 
 #: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which gives the same estimate
 MOST_OF_NOISE = 100_000
-#: cells of the grid that divides a large mesh, along the longest side of its box
+#: number of cells along the longest side of the bounding box, in the grid that divides a large mesh
 _CELLS = 8
 
 #: the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
@@ -86,13 +86,13 @@ def state_of(read: ReadMesh) -> MeshState:
 
 
 def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Returns the mesh; for a large mesh, the faces within about a quarter of the cells of a grid, spread over all of it."""
+    """Returns the mesh; for a large mesh, the faces in about a quarter of the cells of a grid, spread over the whole mesh."""
     low, high = bounding_box(vertices)
     size = float((high - low).max())
     if len(vertices) <= MOST_OF_NOISE or not size > 0.0:
         return vertices, faces
     i, j, k = ((vertices - low) * (_CELLS / size)).astype(np.int64).T
-    in_part = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash: it takes a part of every plane of cells
+    in_part = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash selects some cells of every plane of cells
     inside = in_part[faces].all(axis=1)
     if 8 * np.count_nonzero(inside) < len(faces):  # a stray vertex has made the cells too large
         return vertices, faces
@@ -107,7 +107,7 @@ class Area:
     mesh: str  # the mesh of this surface: "before" or "after"
     place: tuple[float, float, float]  # (x, y, z) of its point that is furthest from the other surface
     amount: float  # the distance of that point in mesh units, above 0 on the outer side of the other surface
-    size: float  # the diagonal of its box in mesh units
+    size: float  # the diagonal of its bounding box in mesh units
     area: float  # in square mesh units
 
 
@@ -115,7 +115,7 @@ class Area:
 class LengthIn:
     """A length in three units."""
 
-    mesh_units: float  # the unit of the coordinates
+    mesh_units: float  # in the unit of the coordinates
     mean_edges: float | None  # in mean edges of the first mesh; None if it has no edges
     percent_of_diagonal: float | None  # of the first mesh's bounding box; None if the diagonal is 0
 
@@ -172,8 +172,8 @@ class Comparison:
     volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
-    flipped_faces: int | None  # number of faces of the second mesh with most samples turned by over 90 degrees from the first
-    sharp_edges_kept: float | None  # share by length of the first's sharp edges that have one of the second within a mean edge
+    flipped_faces: int | None  # number of faces of the second mesh turned by over 90 degrees at more than half of their samples
+    sharp_edges_kept: float | None  # share by length of the first mesh's sharp edges with one of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
     attributes_kept: tuple[str, ...]  # attributes of both meshes

@@ -66,7 +66,7 @@ class Coloring:
         return symmetric_limits(values) if self.diverging else robust_limits(values)
 
     def colors(self, values: Floats, limits: Limits, tolerance: float = 0.0) -> Floats:
-        """Returns (k, 3) RGB colours from 0 to 1 of (k,) numbers; diverging numbers within the tolerance have one colour."""
+        """Returns (k, 3) RGB colours from 0 to 1 of (k,) numbers; if diverging, numbers within the tolerance have one colour."""
         if not self.diverging:
             return sequential_colors(values, limits)[:, :3]
         if not tolerance > 0.0:

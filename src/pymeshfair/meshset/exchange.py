@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh that is in a mesh set; if added before, they refer to freed memory."""
+    """Adds values as custom attributes. The mesh must be in a mesh set: attributes added earlier would refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -101,13 +101,13 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
 
 
 def _attribute_name(name: str) -> str:
-    """Returns a name that MeshLab's expressions accept; filters with expressions fail if any attribute has another name."""
+    """Returns a name that MeshLab's expressions accept; they fail on a mesh with any attribute whose name they do not accept."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 
 
 def to_trimesh(arrays: Arrays) -> Any:
-    """Returns a `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` of the edges, or a `trimesh.PointCloud`."""
+    """Returns a `trimesh.Trimesh`; without faces a `trimesh.path.Path3D` of the edges; of points alone a `trimesh.PointCloud`."""
     trimesh = importlib.import_module("trimesh")
     colors = None if arrays.colors is None else as_levels(arrays.colors)
     if len(arrays.faces):
@@ -171,7 +171,7 @@ def to_pyvista(arrays: Arrays) -> Any:
         result.active_texture_coordinates = arrays.uv
     if arrays.face_colors is not None:
         arrays.of_faces["RGBA"] = as_levels(arrays.face_colors)
-    for name, values in arrays.of_faces.items():  # the cells of lines come first
+    for name, values in arrays.of_faces.items():  # the cells of lines precede those of faces, and get 0
         result.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
     return result
 
@@ -268,7 +268,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of the names and one of the numbers of columns; None without such an array."""
+    """Removes and returns the first array with one of these names and one of these numbers of columns; None if there is none."""
     fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
     name = next(fitting, None)
     return None if name is None else values.pop(name)

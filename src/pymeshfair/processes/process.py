@@ -36,9 +36,9 @@ _LINE_LIMIT = 4096
 _PATIENCE = 5.0
 #: seconds between two checks of a silent process, and to wait for the rest of its stderr after the answer
 _PULSE = 0.5
-#: how many processes may be lost with one task before it fails
+#: a task fails when this many processes are lost with it
 _MOST_LOST = 4
-#: the parameter of the C function ``mallopt``
+#: the number of the trim threshold among the parameters of the C function ``mallopt``
 _M_TRIM_THRESHOLD = -1
 
 
@@ -59,7 +59,7 @@ class Process:
         `threads` is the number of threads that a filter may use, see `worker_environment`.
         """
         self._system = this_system()
-        # In its own session Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
+        # In its own session the process gets no Ctrl-C from the terminal, and one signal ends it with all its children.
         self._process: Any = (
             ForkedProcess(threads)
             if forked
@@ -90,7 +90,7 @@ class Process:
         Args:
             order: the work.
             take: called with each item except the answer; if it raises, the wait ends.
-            items: the queue for items, to which others may also add.
+            items: the queue for items, to which other threads may also add.
             pulse: called before each wait for an item; returns how many seconds it may last. If it raises, the wait ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
@@ -184,7 +184,7 @@ class ForkedProcess:
         pipes = [os.pipe() for _ in range(3)]
         child_ends = [pipes[0][0], pipes[1][1], pipes[2][1]]
         parent_ends = [pipes[0][1], pipes[1][0], pipes[2][0]]
-        gc.freeze()  # so that both processes share the memory of these objects
+        gc.freeze()  # so that both processes share the memory of all present objects
         self.pid = os.fork()
         if self.pid == 0:
             _become_worker(child_ends, worker_environment(threads))

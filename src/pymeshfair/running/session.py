@@ -44,7 +44,7 @@ class Outcome:
     """The result of the steps."""
 
     before: MeasuredMesh  # the mesh as it was read
-    result: MeshData  # the mesh after the steps, without a matrix
+    result: MeshData  # the mesh after the steps, without a transformation matrix
     steps: tuple[StepReport, ...]  # the report of each step
     traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
 
@@ -52,7 +52,7 @@ class Outcome:
 class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and the layers after each of the `states` beginnings of recipes that were used last.
+    It keeps the measures of the mesh, and the layers after each of the `states` sequences of first steps that were used last.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -140,7 +140,7 @@ class Session:
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
-        """Read a file; return its mesh, and its entry in the record."""
+        """Read a file; return its mesh, and its entry in the provenance record."""
         unchecked = self._unchecked if self._job.unchecked else None
         reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
@@ -290,7 +290,7 @@ class Session:
         return texts
 
     def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Write the files to the staging folder; return the output's entry in the record, and the staged files."""
+        """Write the files to the staging folder; return the output's entry in the provenance record, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
@@ -300,7 +300,7 @@ class Session:
         return described[0] | {"side_files": described[1:]}, staged
 
     def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh, whose faces may be those of `former`; raise `refusal` if it cannot be measured."""
+        """Measure a mesh (with the connectivity of `former` if the faces are equal); raise `refusal` if it cannot be measured."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:

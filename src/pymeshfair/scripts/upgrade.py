@@ -1,4 +1,4 @@
-"""Brings a script of an older MeshLab up to date, from the table of facts about former filters and parameters.
+"""Brings a script of an older MeshLab up to date, by the table of facts about former filters and parameters.
 
 Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay as they are, and are
 refused as in any other script. Upgrading an upgraded script changes nothing.
@@ -22,7 +22,7 @@ _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes its default"
 _MISREAD = "today's MeshLab reads another value here: 0 or its default"
-_DELETED = "MeshLab deleted the input, the result or both, by its version; now nothing is deleted, and the result is current"
+_DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that had closed the holes; now on the whole mesh"
 
@@ -69,7 +69,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
 
 
 def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement | None, list[Change]]:
-    """The element in today's form, None if it is left out, and the changes; `values` are the texts of its parameters."""
+    """The element in today's form (None if it is left out), and the changes; `values` are the texts of its parameters."""
     name = element.name
     if name is None:
         return element, []
@@ -249,7 +249,7 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of steps after Close Holes without ``Selected``, which work only on the faces that it has selected."""
+    """The indices of steps after Close Holes without ``Selected``: they work only on the faces that Close Holes has selected."""
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name
