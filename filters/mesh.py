@@ -54,7 +54,7 @@ FURTHEST = 2.0
 # Neighbours are near in memory if their numbers differ by at most this: twice as many points fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
-# In measurements a reordering took as much time as this many sweeps save.
+# In measurements a reordering took as much time as this many sweeps (passes over all one-rings) save.
 _SWEEPS_A_REORDERING_COSTS = 8
 # The thickness of a slab of `order_by_place` in median edges, and the largest number of slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
@@ -170,7 +170,7 @@ class NormalisedMesh:
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
-        has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
+        has_sorted_cells: whether the cells are roughly sorted by their lowest point number; else they are as in the input.
         is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 

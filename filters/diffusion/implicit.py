@@ -36,7 +36,7 @@ _ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `Ba
 _LEAST_VOLUME = 1e-9
 # The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.
 _LARGEST_GROWTH = 1e3
-# How often `dimensions_restored` adds the loss of a step back. Each addition brings long waves nearer to their former amplitude.
+# How often `dimensions_restored` adds back the loss, the motion along normals. Each time, long waves regain more amplitude.
 _TIMES = 2
 # How often the loss is smoothed before each addition; this removes noise from the loss.
 _PASSES = 2
