@@ -1,4 +1,4 @@
-"""Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near in memory.
+"""Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near each other in memory.
 
 A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (the longest side is 1/4 to 1).
 """
@@ -170,7 +170,7 @@ class NormalisedMesh:
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
-        has_sorted_cells: whether the cells are roughly sorted by their lowest point number; else they are as in the input.
+        has_sorted_cells: whether the cells are roughly sorted by their lowest point number; else in the order of the input.
         is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 

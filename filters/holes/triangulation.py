@@ -95,7 +95,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` has a list for each vertex in `corners`."""
+    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` has a list for each distinct vertex."""
     k = len(corners)
     distinct, index = np.unique(corners, return_inverse=True)
     n = len(distinct)

@@ -49,7 +49,7 @@ class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
     So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
-    Then KeyboardInterrupt is raised, or the signal ends the process. The program's own handlers stay.
+    Then KeyboardInterrupt is raised, or the signal ends the process. Signals for which the program has a handler keep it.
     Outside the main thread nothing changes, as Python delivers no signals there.
     """
 

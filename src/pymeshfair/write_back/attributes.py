@@ -37,13 +37,13 @@ _AXES = ("nx", "ny", "nz")
 #: prefixes of custom attributes among MeshLab's parameters for saving a file
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
-#: Valid names in expressions, and names taken by constants of muParser or by variables of MeshLab that a write-back uses.
+#: Valid names in expressions of muParser, MeshLab's parser; and names of its constants, and of variables that a write-back uses.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: The largest number of spellings of each kind that are tried, ten microseconds each: a name of twelve letters has so many.
+#: The largest number of spellings of each kind that are tried, ten microseconds each: all mixes of capitals in twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
