@@ -48,7 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Refuses an output that cannot be written; without `overwrite` also an existing one that was changed or has other sources."""
+    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
