@@ -73,7 +73,7 @@ class Scan:
         """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
         A mesh of up to 20,000 faces is taken whole. A larger mesh is sampled by patches of complete face rings around seed faces.
-        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers, which follow
+        A vertex in several patches appears once in each. The seeds are the faces with the smallest pseudo-random numbers, made
         from perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
         Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
@@ -110,7 +110,7 @@ class Scan:
 
     @cached_property
     def agreement(self) -> tuple[float, float]:
-        """The correlation of residuals (fourth-order differences) of neighbours: on the whole scan, and in its calmest third."""
+        """How far residuals (fourth-order differences) of neighbours correlate: on the whole scan, and in its calmest third."""
         return agreement(self.points, self.faces)
 
     @cached_property
@@ -167,7 +167,7 @@ class Scan:
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice changed to the filter with the least error among the rivals that flip few faces.
+        """Returns the choice changed to the filter with the least error among `Choice.rivals` that flip few faces.
 
         The errors, measured along normals, hardly show flipped faces, although the normals of such faces are wrong.
         """
@@ -190,7 +190,7 @@ class Scan:
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
         fits the surface. Held-out vertices start at their `initial_positions`. `by_means` starts them at means of neighbours:
-        quadrics would hide that a filter moves vertices without noise. A result f deviates from a vertex y by n . (y - f).
+        quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f).
         `labels` and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
@@ -218,7 +218,7 @@ class Scan:
 
         A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
         heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e for a small e. The (n,) heights b have the covariance of the
-        noise; `noise` gives them, None means independent noise. Slopes are height differences of the ends of edges. Their squared
+        noise; `noise` gives them, None means independent noise. Slopes are height differences between ends of edges. Their squared
         error, plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). Of the results within
         one standard error of the best, the flattest is chosen. Errors are in mean edges. None if no edge joins scored vertices.
         """
@@ -257,7 +257,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
     """Returns the faces of the patches with new vertex numbers, and the mesh vertex of each new number."""
     at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
     perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
-    numbers = (perimeters / edge * 1013.0) % 1.0  # random
+    numbers = (perimeters / edge * 1013.0) % 1.0  # pseudo-random
     least = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
     parts, origins, count = [], [], 0
     for number, seed in enumerate(least[np.argsort(numbers[least], kind="stable")][:patches]):

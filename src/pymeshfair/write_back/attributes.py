@@ -37,7 +37,7 @@ _AXES = ("nx", "ny", "nz")
 #: prefixes of custom attributes among MeshLab's parameters for saving a file
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
-#: Valid names in expressions of muParser, MeshLab's parser; and names of its constants, and of variables that a write-back uses.
+#: Valid names in expressions of muParser, MeshLab's parser; and the names of its constants and of variables used in a write-back.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
@@ -200,7 +200,7 @@ class _Line:
 
 
 def saved_attributes(meshset: Any, prefix: str) -> list[str]:
-    """Lists the custom attributes of one kind in the current layer; MeshLab has them as parameters for saving a PLY file."""
+    """Lists the custom attributes of one kind in the current layer; MeshLab lists them as options for saving a PLY file."""
     offered = BASE.filter_parameter_values(meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
