@@ -156,8 +156,8 @@ def taubin_fairing(
 
     `transfer_function` gives the factor on a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
     falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. On borders MeshLab
-    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". MeshLab counts
-    the neighbour across a non-manifold edge once for each of the edge's faces.
+    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At a non-manifold
+    edge MeshLab counts each end as a neighbour of the other once per face.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -148,7 +148,7 @@ def triangulate_rim(
     rim between its ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the region around
     each chord is triangulated again, so that the chord need not stay an edge; this never makes the result worse.
 
-    (k, 3) `points` are the rim vertices in the order in which the new faces pass them. (k, 3) `opposite` are the third vertices
+    (k, 3) `points` are the rim vertices in the order in which new faces traverse them. (k, 3) `opposite` are the third vertices
     of the mesh faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if
     every triangulation has degenerate triangles or `forbidden` diagonals.
     """
@@ -250,7 +250,7 @@ def _nearest(rim: RimTriangles, first: int) -> list[int]:
 
 
 def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
-    """The largest dihedral angle, as 1 - cos, between triangles or with a face across a side; and their doubled area."""
+    """The largest dihedral angle, as 1 - cos, between triangles or with a face across a side; and the triangles' doubled area."""
     n = len(points)
     sides = np.arange(n)
     faces = np.concatenate([triangles, np.column_stack([np.roll(sides, -1), sides, n + sides])])
