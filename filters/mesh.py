@@ -318,7 +318,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices, and for each block the furthest moved point (or the first not finite) and its squared displacement."""
+    """Writes the vertices; for each block also the point moved furthest (or the first not finite) and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -415,8 +415,8 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
-    A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. A breadth-first
-    order would be faster by a quarter, but takes longer to find: the search visits vertices that are far apart in memory.
+    A sweep over a surface in this order alternates between a few rows of points, and reads each row from its start to its end. A
+    breadth-first order would be faster by a quarter, but takes longer to find: the search visits vertices far apart in memory.
 
     The points are of ordinary size, and there is at least one triangle.
     """
