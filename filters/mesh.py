@@ -318,7 +318,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices; for each block also the point moved furthest (or the first not finite) and its squared displacement."""
+    """Writes the vertices; of each block also the point moved furthest (or first not finite) and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
