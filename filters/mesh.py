@@ -1,4 +1,4 @@
-"""Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near in memory.
+"""Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near each other in memory.
 
 A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (the longest side is 1/4 to 1).
 """
@@ -54,7 +54,7 @@ FURTHEST = 2.0
 # Neighbours are near in memory if their numbers differ by at most this: twice as many points fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
-# In measurements a reordering took as much time as this many sweeps save.
+# In measurements a reordering took as much time as this many sweeps (passes over all one-rings) save.
 _SWEEPS_A_REORDERING_COSTS = 8
 # The thickness of a slab of `order_by_place` in median edges, and the largest number of slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
@@ -170,7 +170,7 @@ class NormalisedMesh:
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: the diagonal of the points' bounding box, 0 without points.
-        has_sorted_cells: whether the cells are roughly sorted by their lowest points; else they have the order of the input.
+        has_sorted_cells: whether the cells are roughly sorted by their lowest point number; else in the order of the input.
         is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 
@@ -318,7 +318,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices, and for each block the furthest moved point (or the first not finite) and its squared displacement."""
+    """Writes the vertices; of each block also the point moved furthest (or first not finite) and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -415,8 +415,8 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
-    A sweep over a surface in this order reads a few rows of neighbours at a time, each from its start to its end. A breadth-first
-    order would be faster by a quarter, but takes longer to find: the search visits vertices that are far apart in memory.
+    A sweep over a surface in this order alternates between a few rows of points, and reads each row from its start to its end. A
+    breadth-first order would be faster by a quarter, but takes longer to find: the search visits vertices far apart in memory.
 
     The points are of ordinary size, and there is at least one triangle.
     """

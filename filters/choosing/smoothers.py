@@ -36,8 +36,8 @@ def chosen_amount(
 ) -> Choice[float] | None:
     """Chooses the amount whose result has slopes with the least expected error; see `Scan.choose_by_risk`.
 
-    Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If residuals of neighbours
-    correlate, they may be surface, not noise: then `Scan.choose` and `Scan.or_nothing` decide. Only motion along normals counts.
+    Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If residuals show
+    edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. Only motion along normals counts.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -107,8 +107,8 @@ def compare_smoothers(
     Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The winner; errors and standard errors of no smoothing and of the best amount of each family, see `Scan.choose`. Families
-        whose equations cannot be solved on the mesh are left out. None if the scan is clean or no vertex can be held out.
+        The choice, with errors and standard errors of no smoothing and of each family with its best amount; see `Scan.choose`.
+        Families whose equations cannot be solved are left out. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)
@@ -138,5 +138,5 @@ def compare_smoothers(
         return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)
 
     last = replace(scan, progress=part_of(report, 0.8, 1.0))
-    # With so many standard errors no family is dropped.
+    # No family is dropped, since none is 1e12 standard errors behind the best.
     return last.choose(lambda p, held: [iter([result(s, p, held)]) for s in best], [[s] for s in best], stays=1e12)

@@ -1,4 +1,4 @@
-"""A scan to try filters on: the vertices that are evidence, tests for noise, and the choice of the best filter."""
+"""A scan to try filters on: the vertices whose errors count as evidence, tests for noise, and the choice of the best filter."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ class Scan:
     progress: Progress = ignore_progress  # called while filters are tried; may raise to stop
     replaced: Bools | None = None  # (n,) outliers that were replaced and are not evidence, None for none
     whole: bool = True  # True for the whole mesh, False for patches
-    rings: int = 2  # a vertex is evidence if it has this number of complete rings
+    rings: int = 2  # a vertex is evidence only if it has this number of complete rings
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
@@ -73,7 +73,7 @@ class Scan:
         """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
         A mesh of up to 20,000 faces is taken whole. A larger mesh is sampled by patches of complete face rings around seed faces.
-        A vertex in several patches appears once in each. The seeds are the faces with the smallest random numbers, which follow
+        A vertex in several patches appears once in each. The seeds are the faces with the smallest pseudo-random numbers, made
         from perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
         Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
@@ -102,7 +102,7 @@ class Scan:
 
     @cached_property
     def scored(self) -> Bools:
-        """(n,) the vertices that are evidence."""
+        """(n,) the vertices that are evidence: errors are measured only there."""
         scored = far_from_border(self.faces, len(self.points), rings=self.rings)
         for allowed in (self.movable, None if self.replaced is None else ~self.replaced):
             scored = scored if allowed is None else scored & allowed
@@ -110,7 +110,7 @@ class Scan:
 
     @cached_property
     def agreement(self) -> tuple[float, float]:
-        """The correlation between the residuals of neighbouring vertices: on the whole scan, and in its calmest part."""
+        """How far residuals (fourth-order differences) of neighbours correlate: on the whole scan, and in its calmest third."""
         return agreement(self.points, self.faces)
 
     @cached_property
@@ -118,7 +118,7 @@ class Scan:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
         It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
-        `noise_floor` of the calmest part, which is for even noise. It is 0 for models of planes, and without inner vertices.
+        `noise_floor`, which is right if noise is equally strong everywhere. 0 for exact planes, and without inner vertices.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -131,7 +131,7 @@ class Scan:
     def without_impulses(self) -> "tuple[Scan, bool]":
         """The scan with its outliers replaced (unchanged if it has no impulse noise), and whether its noise is uneven."""
         replaced, outlying = replace_outlying(self.points, self.faces, self.movable)
-        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # 0.5: uneven noise may leave half of the mesh calm
+        if outlying.sum() <= 0.5 * tuned.IMPULSIVE * len(outlying):  # 0.5: with uneven noise, half of the mesh may be calm
             return self, False
         beside, elsewhere = sizes_beside(replaced, self.faces, self.normals, outlying, self.scored)
         uneven = beside > max(tuned.LARGER * elsewhere, tuned.WEAK)
@@ -150,7 +150,7 @@ class Scan:
 
     @property
     def is_surface(self) -> bool:
-        """Whether the residuals show the surface alone: they correlate between neighbours even in the calmest part."""
+        """Whether the residuals show the surface alone: they correlate between neighbours even in the calmest third."""
         return self.shows_surface and self.agreement[1] > tuned.SURFACE_WHERE_CALM
 
     @property
@@ -167,9 +167,9 @@ class Scan:
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
     def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice changed to the filter with the least error among the rivals that flip few faces.
+        """Returns the choice changed to the filter with the least error among `Choice.rivals` that flip few faces.
 
-        Height errors hardly show flipped faces, although the normals of such faces are wrong.
+        The errors, measured along normals, hardly show flipped faces, although the normals of such faces are wrong.
         """
         near = {trial.label: trial for trial in choice.rivals}
         means = self.normals[self.faces].sum(axis=1)
@@ -189,9 +189,9 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at their `initial_positions`, or with `by_means` at means of neighbours, since
-        quadrics hide that a filter moves vertices without noise. A result f deviates from a vertex y by n . (y - f). `labels` and
-        `stays` are those of `cross_validate`. The choice is the same for any number of threads.
+        fits the surface. Held-out vertices start at their `initial_positions`. `by_means` starts them at means of neighbours:
+        quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f).
+        `labels` and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
@@ -218,9 +218,9 @@ class Scan:
 
         A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
         heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e for a small e. The (n,) heights b have the covariance of the
-        noise; `noise` gives them, None means independent noise. Slopes are height differences over edges. Their squared error,
-        plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). Among the results within one
-        standard error of the best, the flattest is chosen. Errors are in mean edges. None if no edge joins scored vertices.
+        noise; `noise` gives them, None means independent noise. Slopes are height differences between edge ends. Their squared
+        error, plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). Of the results within
+        one standard error of the best, the flattest is chosen. Errors are in mean edges. None if no edge joins scored vertices.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
@@ -257,7 +257,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) 
     """Returns the faces of the patches with new vertex numbers, and the mesh vertex of each new number."""
     at_vertices, marks = vertex_faces(faces, len(vertices)), np.full(len(faces), -1, dtype=np.int32)
     perimeters = np.sum([edge_lengths(vertices, faces[:, ends]) for ends in ([0, 1], [1, 2], [2, 0])], axis=0)
-    numbers = (perimeters / edge * 1013.0) % 1.0  # random
+    numbers = (perimeters / edge * 1013.0) % 1.0  # pseudo-random
     least = np.flatnonzero(numbers <= np.partition(numbers, patches - 1)[patches - 1])
     parts, origins, count = [], [], 0
     for number, seed in enumerate(least[np.argsort(numbers[least], kind="stable")][:patches]):

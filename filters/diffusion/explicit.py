@@ -18,7 +18,7 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The most passes that remove spikes. A pass removes only the highest spike of a one-ring; the next pass finds smaller ones.
+# The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring; the next finds smaller ones.
 _SPIKE_PASSES = 10
 #: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
 #: vertices. It returns the new points and the array that the next iteration may overwrite.
@@ -156,8 +156,8 @@ def taubin_fairing(
 
     `transfer_function` gives the factor on a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
     falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. On borders MeshLab
-    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At non-manifold
-    edges MeshLab counts the ends once per face.
+    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At a non-manifold
+    edge MeshLab counts each end as a neighbour of the other once per face.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -231,7 +231,7 @@ def meshlab_taubin_smooth(
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float = 2.0) -> float:
-    """Returns the mu of `pass_band` if given, else `mu`; refuses a step that would amplify the mode of `largest_eigenvalue`."""
+    """Returns mu for `pass_band` if given, else `mu`; refuses a step that would amplify the mode of `largest_eigenvalue`."""
     check_positive("step", step)
     if pass_band is not None:
         mu = mu_of_pass_band(pass_band, step)

@@ -32,11 +32,11 @@ TOLERANCE = 1e-10
 # Longer time steps are cut to this: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `BackwardEulerStep._assemble`
-# A volume below this share of the sum of its tetrahedra's absolute volumes is rounding: a flat double sheet encloses nothing.
+# A volume is a sum of signed tetrahedra. Below this share of the sum of their sizes it is rounding, as for a flat double sheet.
 _LEAST_VOLUME = 1e-9
 # The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.
 _LARGEST_GROWTH = 1e3
-# How often `dimensions_restored` adds the loss of a step back. Each addition brings long waves nearer to their former amplitude.
+# How often `dimensions_restored` adds back the loss, the motion along normals. Each time, long waves regain more amplitude.
 _TIMES = 2
 # How often the loss is smoothed before each addition; this removes noise from the loss.
 _PASSES = 2
@@ -223,7 +223,7 @@ class BackwardEulerStep:
     nearly singular. But its equations add up to sum_i M_i d_i = 0. The solution is shifted to satisfy this: the centroid stays.
 
     The error e satisfies sum_i M_i |e_i|^2 <= ||e||_A^2, with ||e||_A the energy norm of A = M - t C, because -C is semidefinite.
-    The solver reduces ||e||_A to `TOLERANCE` times the norm of a shift by the bounding-box diagonal: diagonal sqrt(sum_i M_i).
+    The solver reduces ||e||_A to `TOLERANCE` times diagonal sqrt(sum_i M_i), the norm of a shift by the bounding-box diagonal.
     """
 
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:

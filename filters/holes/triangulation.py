@@ -1,4 +1,4 @@
-"""First step of hole filling [liepa2003]: joins a rim and its islands (loops within it) to one polygon, and triangulates it."""
+"""First step of hole filling [liepa2003]: joins a rim and the islands (loops) inside it to one polygon, and triangulates it."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from ..libraries import sparse, spatial
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import BoundaryLoop
 
-#: A rim with more vertices is first cut in two by a chord, as time grows with the cube of their number, memory with the square.
+#: A rim with more vertices is first cut in two by a chord: time grows with the cube of their number, memory with the square.
 LARGEST_WHOLE = 300
 # A triangle whose doubled area is below this share of its summed squared edges is degenerate.
 _THINNEST = 1e-7
@@ -22,7 +22,7 @@ _THINNEST = 1e-7
 _SAME = 1e-9
 # Areas that differ by less than this share count as equal: the rounding error of a sum of some hundred areas.
 _SAME_AREA = 1e-12
-#: The number of triangles around a chord that are triangulated again together.
+#: The number of triangles around a chord that a new triangulation replaces together.
 WINDOW = 120
 # The largest number of attempts to triangulate a polygon without two diagonals between the same two vertices.
 _MOST_TRIES = 20
@@ -35,7 +35,7 @@ class VertexPairs(NamedTuple):
     keys: Longs  # (p,) i size + j for each pair (i, j) and for (j, i), ascending
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
-        """The pairs with both vertices in `chosen`, which are distinct, as indices into `chosen`."""
+        """The pairs with both vertices in `chosen`, an array of distinct vertices, as indices into `chosen`."""
         place = np.full(self.size, -1, dtype=np.int64)
         place[chosen] = np.arange(len(chosen))
         first, second = place[self.keys // self.size], place[self.keys % self.size]
@@ -70,8 +70,8 @@ def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> BoundaryLoop:
     """Joins the islands to the rim, the nearest first, each by the shortest cut to the polygon so far; `opposite` is -1 at cuts.
 
-    A vertex is several corners if a cut ends there, or if it is the only link to a part of the surface. The polygon starts after
-    the longest edge: the triangulation depends slightly on its first corner, but must not depend on vertex numbers.
+    A vertex is several corners if a cut ends there, or if the rim passes it several times. The polygon starts after the longest
+    edge of the rim: the triangulation depends slightly on the first corner, but must not depend on vertex numbers.
     """
     first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
@@ -95,7 +95,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> B
 
 
 def joined_corners(corners: Ints, neighbours: list[list[int]]) -> VertexPairs:
-    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` lists the neighbours of distinct vertices."""
+    """The pairs of corners that mesh edges join, except polygon sides; `neighbours` has a list for each distinct vertex."""
     k = len(corners)
     distinct, index = np.unique(corners, return_inverse=True)
     n = len(distinct)
@@ -145,10 +145,10 @@ def triangulate_rim(
     """Triangulates a rim so that (largest dihedral angle, area), compared in this order, is least [liepa2003].
 
     A rim of more than `LARGEST_WHOLE` vertices is cut in two, repeatedly, by the chord that is shortest relative to the length of
-    rim between its ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the triangles
-    around each chord are triangulated again, so that the chord need not stay an edge; this never makes the result worse.
+    rim between its ends. Each part is triangulated with the triangles of the earlier parts as neighbours. Then the region around
+    each chord is triangulated again, so that the chord need not stay an edge; this never makes the result worse.
 
-    (k, 3) `points` are the rim vertices in the order in which the new faces pass them. (k, 3) `opposite` are the third vertices
+    (k, 3) `points` are the rim vertices in the order in which new faces traverse them. (k, 3) `opposite` are the third vertices
     of the mesh faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if
     every triangulation has degenerate triangles or `forbidden` diagonals.
     """
@@ -203,7 +203,7 @@ class RimTriangles(NamedTuple):
         return beyond
 
     def enter(self, places: Iterable[int], triangles: Ints) -> None:
-        """Writes triangles to the rows `places`; the triangles that were there must have covered the same area."""
+        """Writes triangles to the rows `places`; triangles that were there before must have covered the same region."""
         self.triangles[list(places)] = triangles
         for t, row in zip(places, triangles.tolist(), strict=True):
             self.holder.update(dict.fromkeys(_sides(row), t))
@@ -217,8 +217,8 @@ def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
 def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
-    The `WINDOW` nearest triangles, counted in edge crossings, form a polygon, since the dual graph of a triangulated polygon is
-    a tree. The `minimal_triangulation` of the polygon replaces them if its (largest dihedral angle, area) is smaller.
+    The `WINDOW` triangles that are the fewest edge crossings away form a polygon, since the dual graph of a triangulated polygon
+    is a tree. Its `minimal_triangulation` replaces them if it has the smaller (largest dihedral angle, area).
     """
     if chord not in rim.holder:
         return  # no longer an edge
@@ -250,7 +250,7 @@ def _nearest(rim: RimTriangles, first: int) -> list[int]:
 
 
 def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
-    """The largest dihedral angle, also with the faces across the sides, as 1 - cos; and the doubled area of the triangles."""
+    """The largest dihedral angle, as 1 - cos, between triangles or with a face across a side; and the triangles' doubled area."""
     n = len(points)
     sides = np.arange(n)
     faces = np.concatenate([triangles, np.column_stack([np.roll(sides, -1), sides, n + sides])])

@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit sums of the face normals weighted by corner angles: splitting a face changes nothing; 0 without area."""
+    """(n, 3) unit sums of face normals weighted by corner angles: splitting a face does not change them. 0 if all areas are 0."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)

@@ -41,7 +41,7 @@ class UnknownNameError(PymeshfairError, LookupError):
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
         self.suggestion = suggestion  # the most similar existing name, or None
-        self.cause = cause  # the plugins that failed to load, one of which may declare the filter; else None
+        self.cause = cause  # the plugins that failed to load, one of which may declare the filter; None if there are none
 
 
 class ParameterError(PymeshfairError, ValueError):

@@ -56,9 +56,9 @@ def run(
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    OUTPUT.provenance.json, beside OUTPUT, records how it was made. All files, MAP.ply and OUT.html too, are written completely or
-    not at all. An existing OUTPUT is replaced only if the same run wrote it (same INPUT, recipe and settings) and no byte of it
-    has changed since. Otherwise the run is refused, unless --overwrite is given.
+    OUTPUT.provenance.json, beside OUTPUT, records how OUTPUT was made. All files, MAP.ply and OUT.html too, are written
+    completely or not at all. An existing OUTPUT is replaced only if the same run wrote it (same INPUT, recipe and settings) and
+    no byte of it has changed since. Otherwise the run is refused, unless --overwrite is given.
     """
     from ..files.writing import check_target
     from ..running.supervise import run_job, workers_of_runs
@@ -186,7 +186,7 @@ def demo(
 
 
 def sample_scan() -> Path:
-    """The path of the sample range map in the folder of pymeshlab, which is not imported."""
+    """The path of the sample range map in pymeshlab's folder, found without importing pymeshlab."""
     from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")
@@ -212,8 +212,8 @@ def verify(
     --unchecked must be given again if the run had them.
 
     Exit codes: 0: the same bytes (or, for random filters without a seed, equal counts of elements and small distances); 1: other
-    bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other bytes, but
-    versions have changed, too.
+    bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other bytes, and
+    versions of software or the system have changed, too.
     """
     from ..running.verify import verify_output
     from .display import progress

@@ -119,7 +119,7 @@ def export(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
+    """Write a recipe as a script for MeshLab's desktop application and plain pymeshlab.
 
     Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by an
     equivalent filter of MeshLab; if there is none, the recipe is refused.

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. For less noise, recipes
-#: are judged as for a scan without noise, by how little they move vertices
+#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. Below it, recipes are
+#: judged as for a scan without noise: by how little they move vertices
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6
@@ -54,7 +54,7 @@ def suggest(
     The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
     of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
     filter sees, shows whether there is noise, and which settings remove it best. With -o, the settings with the least error
-    become a recipe. It does on this scan what the recipe denoise does, can be changed, and can be used for similar scans.
+    become a recipe: on this scan it has the same result as the recipe denoise; it can be edited, and used for similar scans.
     Low-pass smoothers are compared in the same way, each with its best amount for the scan.
     """
     from ..errors import PymeshfairError
@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise from the tried settings: the measured trait is near 0 for impulses."""
+    """The traits, with the kind and amount of noise from the tried settings: the measured noise is near 0 for impulse noise."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -99,7 +99,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """The values that the automatic filter reports on the scan; it runs in a process of its own."""
+    """The values that the automatic filter reports on the scan; the filter runs in a process of its own."""
     from ..running.read import reported_values
     from .display import progress
 

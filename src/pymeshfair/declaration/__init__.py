@@ -126,8 +126,8 @@ class Edit:
     and colours are a blend of the colours around. All three corners of an added face get the same texture coordinates, where the
     image has about this blend. Added elements are not selected, custom attributes are 0, normals follow from the coordinates.
 
-    Added elements have side effects in MeshLab: a mesh with texture coordinates only at face corners gets some at its vertices, a
-    mesh of polygons without triangles becomes a triangle mesh, and new face scalars make faces of a mesh without colours white.
+    Added elements have side effects in MeshLab: a mesh with texture coordinates only at face corners also gets them at vertices;
+    a mesh of polygons without triangles becomes a triangle mesh; new face scalars make faces of a mesh without colours white.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates

@@ -48,7 +48,7 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
-    """Refuses an output that cannot be written, or without `overwrite` an existing file that was changed or has other sources."""
+    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuses files that cannot or must not be written, as `check_output` does; intervention maps show a run's changes."""
+    """Refuses files of an intervention map (it shows a run's changes) that cannot or must not be written; see `check_output`."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):

@@ -60,7 +60,7 @@ class Answer:
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
     peak_memory: int | None = None  # the peak memory during the task in bytes, or None if the system does not measure it
-    is_used_up: bool = False  # whether the process can do no other task, see `use_up`
+    is_used_up: bool = False  # whether the process must not do another task, see `use_up`
 
 
 def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
@@ -90,7 +90,7 @@ def _sendable(error: Exception) -> Exception:
 
 
 class _Channel:
-    """The channel from this worker to its parent; `reports` is None in other processes."""
+    """The channel from this worker to its parent; `reports` is None in a process that is no worker."""
 
     reports: io.BufferedWriter | None = None
     if_lost: bytes | None = None
@@ -135,7 +135,7 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads what orders need, until the first order arrives."""
+    """Loads the modules and the linker, which orders need, but stops when the first order arrives."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]

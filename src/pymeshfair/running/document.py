@@ -1,6 +1,6 @@
 """The layers of a run, numbered as in MeshLab, and the steps that change them.
 
-A plugin's filter returns an edit of the current mesh. MeshLab's filters run in `Door`, which holds the meshes between steps.
+A plugin's filter returns an edit of the current mesh. MeshLab's filters run in the door (`Door`), a mesh set inside MeshLab.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Document:
     ) -> None:
         """Files for MeshLab are written to `folder`; `on_progress` may raise to stop a filter."""
         self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
-        self._meshes: dict[int, MeshData | None] = {}  # None: the door holds the mesh
+        self._meshes: dict[int, MeshData | None] = {}  # None: only the door has the mesh
         self._visible: dict[int, bool] = {}
         self._next_id = 0
         self._door: Door  # set by the first step with a filter of MeshLab
@@ -67,7 +67,7 @@ class Document:
 
     @property
     def state(self) -> State | None:
-        """A snapshot of the layers; None while the door holds one of them."""
+        """A snapshot of the layers; None while only the door has one of them."""
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None

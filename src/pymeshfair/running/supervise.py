@@ -1,4 +1,4 @@
-"""Supervises a run: checks, locks, stages and places the files. The work itself is done by one worker, or in tiles."""
+"""Supervises a run: checks, locks, stages and places the files. One worker process does the work, or several do it by tiles."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult
 _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
-_TAIL_LINES = 60  # the number of last lines on stderr that an error shows if the worker dies
+_TAIL_LINES = 60  # how many of the last lines on stderr an error shows if the worker dies
 #: the time limit to read a file, without compilation: seconds + bytes / rate, ten times the time that the slowest file needs
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
@@ -49,7 +49,7 @@ class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
     So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
-    Then KeyboardInterrupt is raised, or the signal ends the process. The program's own handlers stay.
+    Then KeyboardInterrupt is raised, or the signal ends the process. Signals for which the program has a handler keep it.
     Outside the main thread nothing changes, as Python delivers no signals there.
     """
 
@@ -99,7 +99,7 @@ class Interrupts:
 
 _MARK = "pymeshfair-step"
 _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
-#: lines that say that nothing was done, and lines with numbers that the values of the step hold too
+#: lines that say that nothing was done, and lines with numbers that are also among the step's values
 _NOTHING = re.compile(
     r"(?:Successfully )?(?:removed|deleted|split|closed) 0 .*|Nothing done: .*"
     r"|\|.*\||(?:Inertia Tensor is|Principal axes are|axis momenta are) :",
@@ -108,7 +108,7 @@ _NOTHING = re.compile(
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr that assigns the lines after it to a step; 0 for no step."""
+    """The line on stderr that assigns the following lines to a step; 0 for no step."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -185,7 +185,7 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # reading waits for it, minutes on slow machines
+            compiles = isinstance(event, Compiling) and event.is_going_on  # this can delay reading by minutes
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 

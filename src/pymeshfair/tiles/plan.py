@@ -22,7 +22,7 @@ MESHLAB = "apply_coord_taubin_smoothing"
 #: steps that select points of a cloud
 LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
 SURPLUS = "compute_selection_by_grid_per_vertex"
-#: the step that removes all but the first of the points at one place
+#: the step that removes coincident points, except the first of them
 DUPLICATES = "meshing_remove_duplicate_vertices"
 #: the step that gives points normals
 POINT_NORMALS = "compute_normal_for_point_clouds"
@@ -78,7 +78,7 @@ class PlannedStep:
 
     @property
     def neighbors(self) -> int:
-        """Returns the number of nearest neighbours of each point."""
+        """Returns how many nearest neighbours of each point the step uses."""
         return int(self.values["k"]) - 1 if self.filter == POINT_NORMALS else int(self.values.get("neighbors", 0))
 
 
@@ -151,9 +151,9 @@ class Filtering:
     outer_iterations: int  # the number of rounds
     vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
-    rounding: str  # the treatment of terraces of rounded coordinates
+    rounding: str  # the treatment of terraces that rounded coordinates form
     relaxation: int  # pairs of Taubin's steps before the rounds
-    relaxation_direction: denoising.RelaxationDirection  # the directions in which vertices may go
+    relaxation_direction: denoising.RelaxationDirection  # the directions in which these steps may move vertices
     border: Any  # the rule for border vertices
 
 
@@ -177,12 +177,12 @@ def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
 def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
     """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, border = _set_values(values), values["border"]
-    # As in a run in one piece, given values of normal_iterations and rounding do not influence the choice.
+    # As in a run in one piece, the choice ignores the values that are set for normal_iterations and rounding.
     tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
     setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
     chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     if setting.parameters is None and set_values:
-        chosen_values = {}  # the defaults of the authors of the filter complete the values that are set
+        chosen_values = {}  # parameters that are not set get the defaults of the authors of the filter
     before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
     parameters = {**_AUTHORS_DEFAULTS, **_DEFAULTS, **chosen_values, **before, **set_values}
     if why := _why_not_filtering({**values, **parameters}):
@@ -194,7 +194,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:
-    """Returns the bytes that a step takes for each vertex of a tile, and the number of rings around the tile."""
+    """Returns the bytes that a step takes for each vertex of a tile, and the number of rings around the tile that it reads."""
     if step.filter != NORMALS:
         return _BYTES, rings_of(step)
     filtering = filtering_of(step.values)
@@ -213,7 +213,7 @@ def rings_of(step: PlannedStep) -> int:
 
 
 def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Floats:
-    """Returns the (n, 3) vertices after Laplacian or Taubin steps; inside of the tile they are the same as without tiles."""
+    """Returns the (n, 3) vertices after Laplacian or Taubin steps; those of the tile itself are the same as without tiles."""
     values = {name: value for name, value in step.values.items() if name != "selected"}
     if step.filter == MESHLAB:
         lambda_, mu, iterations = values["lambda_"], values["mu"], values["stepsmoothnum"]
@@ -225,7 +225,7 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
 
 #: bytes of the command, with dask if there is a scheduler, and of a worker with libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
-#: the least bytes of a worker for tiles; with less memory for each processor, there are fewer workers than processors
+#: the least bytes that a worker has for tiles; if memory does not suffice for all processors, there are fewer workers
 LEAST = 60_000_000
 #: the predicted bytes of a tile, as a share of the bytes of a worker for tiles; the rest is for errors of the prediction
 SHARE = 0.85
@@ -277,8 +277,8 @@ def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
     In bytes for each point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and
-    the mask, and 2 + k for the eighth of the points that has neighbours in other tiles. Stray points add 62, normals 122, and
-    both add 8 for each neighbour. For LoOP with 20 neighbours 84 to 87 bytes a point were measured.
+    the mask, and 2 + k for the neighbours in other tiles, which an eighth of the points has. Stray points add 62 + 8 k, normals
+    122 + 8 k. For LoOP with 20 neighbours 84 to 87 bytes a point were measured.
     """
     each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]

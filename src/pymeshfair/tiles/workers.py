@@ -61,7 +61,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
     """Opens the folder for a run to `output`, and removes it at the end of the run; the output must be locked.
 
     `key` has everything on which the tasks and their files depend. With `resume` the files of a former run are used if that run
-    has the same key, else removed. After a failure the folder stays with `resume`, or if the scheduler is lost.
+    has the same key, else removed. After a failure the folder is kept if `resume` is True or the scheduler is lost.
     """
     path = work_path(output)
     results, end, note = _former(path, key) if resume else ({}, 0, "")
@@ -89,7 +89,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the length of its complete records in bytes (0: not used), and why it was rejected."""
+    """Returns the results of a former run, the bytes of its journal's complete records (0: not used), and why it was rejected."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
@@ -106,7 +106,7 @@ def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], A
                 end = file.tell()
                 call, number, done = pickle.load(file)
                 results[call, number] = done
-    except Exception:  # there is no former run, or its last record is incomplete
+    except Exception:  # there is no former run; or the journal ends here, perhaps with an incomplete record
         return results, end, ""
 
 
@@ -120,7 +120,7 @@ class Tasks:
 
     submit: Callable[..., Future[Answer]]  # does a task with its arguments on any worker
     items: Items  # the queue of signals from `pymeshfair.running.supervise.Interrupts`, and of finished tasks
-    timeout: float = math.inf  # seconds from now for all tasks together
+    timeout: float = math.inf  # seconds for all tasks together, from the creation of this object
     check: Callable[[], None] = lambda: None  # called about twice a second; may raise to stop
     work: WorkFolder | None = None  # the folder of the temporary files
     peaks: dict[str, int] = field(default_factory=dict)  # peak memory by process in bytes, if known
@@ -143,8 +143,8 @@ class Tasks:
     ) -> list[Any]:
         """Calls `task`, a function of a module or a method of an object that can be pickled, with each tuple of arguments.
 
-        The task may be repeated after its worker, or the whole run, was killed in the middle of it; its result must be the same.
-        With `again` a resumed run repeats the task in any case, since its files are not in the folder of temporary files.
+        A call may be repeated if its worker or the whole run was killed in the middle of it; the result must then be the same.
+        With `again` a resumed run repeats all calls, since their files are not in the folder of temporary files.
         """
         call, self._calls = self._calls, self._calls + 1
         former = {} if self.work is None or again else self.work.results

@@ -29,7 +29,7 @@ Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 #: prefix of the names of helper attributes
 PREFIX = "pymeshfair_helper_"
-#: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
+#: The largest number of helper attributes of a layer's vertices, and of its faces: nine for a full edit, three for overwriting.
 MOST = 12
 #: the helper attributes that hold normals while others are overwritten
 _SPARE = tuple(f"{PREFIX}{i}" for i in range(3))
@@ -37,18 +37,18 @@ _AXES = ("nx", "ny", "nz")
 #: prefixes of custom attributes among MeshLab's parameters for saving a file
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
-#: Valid names in expressions, and names taken by constants of muParser or by variables of MeshLab that a write-back uses.
+#: Valid names in expressions of muParser, MeshLab's parser; and the names of its constants and of variables used in a write-back.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: Most spellings of each kind that are tried, ten microseconds each; enough for all capitals in a name of twelve letters.
+#: The largest number of spellings of each kind that are tried, ten microseconds each: all mixes of capitals in twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """Stores arrays in helper attributes of the current layer, one number per element; their names hold until the next call."""
+    """Stores arrays, one number per element, in helper attributes of the current layer; returns their names for immediate use."""
     if has_room(bench, element, len(arrays)):
         fresh = _names(_count_helpers(bench, element), len(arrays))
         for name, values in zip(fresh, arrays, strict=True):
@@ -165,13 +165,13 @@ class _Line:
         #: where the vertices were, and where `put_back` moves them
         self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
         self.length = len(self.points)
-        #: normals of the faces, if they differ from those of the geometry and `put_back` would lose them
+        #: the face normals if they differ from those of the geometry, so that moving vertices loses them; else None
         self.face_normals: Floats | None = None
         if mesh.face_number():
             before = read_array(mesh, "face_normals")
             bench.apply("compute_coord_by_function", x="x", y="y", z="z")
             self.face_normals = None if np.array_equal(read_array(mesh, "face_normals"), before) else before
-        # One point more than vertices: MeshLab's search does not end in the empty box around a single point.
+        # One point more than vertices: MeshLab's search never ends if the bounding box is a single point.
         self.places = np.eye(1, 3) * np.arange(self.length + 1.0)[:, None]
 
     def send(self, columns: Sequence[NDArray[Any]]) -> None:
@@ -200,7 +200,7 @@ class _Line:
 
 
 def saved_attributes(meshset: Any, prefix: str) -> list[str]:
-    """Lists the custom attributes of one kind in the current layer; MeshLab has them as parameters for saving a PLY file."""
+    """Lists the custom attributes of one kind in the current layer; MeshLab lists them as options for saving a PLY file."""
     offered = BASE.filter_parameter_values(meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
