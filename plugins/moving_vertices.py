@@ -71,7 +71,7 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`. If it is below 0 ("auto"), `chosen_amount` takes the best of `tried`, and no more faces are folded.
+    """Smooths by `amount`; below 0 ("auto"), `chosen_amount` takes the best of `tried`, and folded faces never become more.
 
     `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
     """

@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch becomes as dense as its rim everywhere if at most about this many vertices suffice.
 MOST_VERTICES = 60_000
-#: Larger patches have this density only in a band of at least `_LEAST_WIDTH` edges; beyond, edges grow by `SLOPE` x distance.
+#: Larger patches are so dense only in a band along the rim, `_LEAST_WIDTH` edges or wider; then edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
@@ -204,12 +204,12 @@ def uniform_width(patch: Patch) -> float:
     2 k u / sqrt(3) vertices. The inside, where edges grow by g = `SLOPE` x distance, has at most 2 k / (g sqrt(3)) vertices. The
     result is the u for which band and inside together have `MOST_VERTICES`, but at least `_LEAST_WIDTH`.
     """
-    each = np.sqrt(3.0) / 2.0
+    vertex_area = np.sqrt(3.0) / 2.0  # of triangles with side 1
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
-    count = float((areas / (each * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
+    count = float((areas / (vertex_area * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
     if count <= MOST_VERTICES:
         return np.inf
-    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / patch.n_rim - 1.0 / SLOPE))
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * vertex_area / patch.n_rim - 1.0 / SLOPE))
 
 
 def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:

@@ -68,11 +68,11 @@ def spectrum(
 ) -> Spectrum:
     """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their computed modes.
-    Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The
-    quadrature is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have modes
-    of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of slivers
-    get additional mass, in all at most a ten-thousandth of the area.
+    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
+    computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
+    [golub1969]. It is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have
+    modes of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of
+    slivers get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -150,7 +150,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # With a bound on S_ii / M_i vertex i needs S_ii / bound - M_i more. With bounds[k] the k + 1 stiffest get `_ADDED` in all.
+    # For a bound on S_ii / M_i, vertex i gets S_ii / bound - M_i more mass; for bounds[k], the k + 1 stiffest share `_ADDED`.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # bounds[k] rises with k while the next vertex exceeds it. So with the highest bound, exactly the vertices above it get mass.
     bound = float(bounds.max(initial=0.0))

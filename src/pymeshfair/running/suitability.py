@@ -138,7 +138,7 @@ def ranked(
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
         after = better is not None and better.fits and suited.fits
-        # A follower with a better key brings its leader forward.
+        # A follower (a recipe "after" another one) with a better key brings its leader forward.
         followers = [
             key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
         ]
