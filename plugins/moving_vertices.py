@@ -71,9 +71,9 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`; below 0 ("auto"), `chosen_amount` takes the best of `tried`, and folded faces never become more.
+    """Smooths by `amount`; if it is below 0 ("auto"), by the best amount of `tried`, see `chosen_amount`.
 
-    `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
+    `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer. With "auto" no additional faces are folded.
     """
     movable = movable_vertices(layer, selected)
     if amount >= 0.0:
