@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch becomes as dense as its rim everywhere if at most about this many vertices suffice.
 MOST_VERTICES = 60_000
-#: In larger patches, a band along the rim is so dense, `_LEAST_WIDTH` edges or wider; beyond, edges grow by `SLOPE` x distance.
+#: In larger patches only a band of `_LEAST_WIDTH` or more edges at the rim is so dense; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 

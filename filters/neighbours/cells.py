@@ -42,7 +42,7 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """For each of a points, the k nearest points found so far, ordered by squared distance, then by number."""
+    """For each query point, the k nearest points found so far, ordered by squared distance, then by number."""
 
     squared: Floats  # (a, k) squared distances, infinite for missing neighbours
     numbers: Longs  # (a, k) numbers of the neighbours
@@ -74,7 +74,7 @@ def cells_within(
     The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
 
     Returns:
-        (a + 1,) offsets into the list, for the first a points; and the list: the (c,) numbers of cells.
+        (a + 1,) offsets into the list, for the first `a` points; and the list: the (c,) numbers of cells.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
     shrink_bounds(points, bounds, cells, k)

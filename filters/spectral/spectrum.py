@@ -160,7 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Returns the number of steps that resolves thirds of octaves above kappa: nodes are omega_max pi / (2 steps) apart."""
+    """Returns the number of steps that resolves thirds of octaves above kappa: nodes are sqrt(highest) pi / (2 steps) apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))
