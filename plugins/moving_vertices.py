@@ -71,9 +71,9 @@ class Smoothed(NamedTuple):
 def smoothed_by_amount(
     layer: Layer, amount: float, smooth: Smooth, tried: Sequence[float], *, unit: float = 1.0, selected: bool, progress: Progress
 ) -> Smoothed:
-    """Smooths by `amount`. If it is below 0 ("auto"), `chosen_amount` takes the best of `tried`, and no additional face folds.
+    """Smooths by `amount`; if it is below 0 ("auto"), by the best amount of `tried`, see `chosen_amount`.
 
-    `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer.
+    `tried` are amounts for a mesh with mean edge 1; `unit` scales them to the layer. With "auto" no additional faces are folded.
     """
     movable = movable_vertices(layer, selected)
     if amount >= 0.0:
@@ -108,7 +108,7 @@ def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, 
 
 
 def squared_mean_edge(layer: Layer) -> float:
-    """The squared mean edge length, the unit of time steps; raises `FilterInputError` if it is out of range."""
+    """The squared mean edge length, the unit of time steps; raises `FilterInputError` if the square over- or underflows."""
     squared = layer.mean_edge * layer.mean_edge
     if layer.mean_edge > 0.0 and not np.finfo(float).tiny <= squared < np.inf:
         raise FilterInputError(
@@ -123,7 +123,7 @@ def movable_vertices(layer: Layer, selected: bool) -> Bools | None:
 
 
 def additions(layer: Layer, vertices: Floats, faces: Ints) -> dict[str, Any]:
-    """The fields of an `Edit` that add vertices and faces, and select only these."""
+    """The fields of an `Edit` that add vertices and faces, and select only the added ones."""
     n, m = len(layer.vertices), len(layer.faces)
     return {
         "added_vertices": vertices,

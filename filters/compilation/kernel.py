@@ -1,11 +1,11 @@
-"""Kernels: functions compiled by numba, whose machine code is stored, and loaded or compiled at the first call.
+"""Kernels are functions compiled by numba. Their machine code is stored; the first call loads it, or compiles it.
 
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
 cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
 ``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
-The installation and ``pymeshfair doctor --warm`` compile them ahead in several processes; ``tools/generate.py kernels`` runs the
-recipes and filters, and writes the list.
+The installation and ``pymeshfair doctor --warm`` compile these kernels ahead in several processes; ``tools/generate.py kernels``
+runs the recipes and filters, and writes the list.
 """
 
 import hashlib

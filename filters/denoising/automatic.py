@@ -24,7 +24,7 @@ class AutomaticChoice(NamedTuple):
     noise: NoiseEstimate
     evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
     # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting is as good.
-    # The error of the chosen setting is then hardly ever more than 5 % above the least error of all settings.
+    # In nine of ten such cases, the error of the chosen setting is at most 5 % above the least error of all settings.
     sure: bool = False
 
 
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, tested where residuals are small: noise that spares these places is not found. Rounding comes last.
+    # 1. Correlated noise, tested where residuals are small: noise absent there is not found. Rounding errors are handled last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)

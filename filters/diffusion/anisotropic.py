@@ -1,4 +1,4 @@
-"""Anisotropic diffusion of vertex scalars and colours: smooths values and keeps their edges [perona1990]."""
+"""Anisotropic diffusion of vertex scalars and colours: smooths values and keeps abrupt changes, called edges [perona1990]."""
 
 import math
 from typing import Literal, TypeAlias, get_args
@@ -52,7 +52,7 @@ def perona_malik(
         faces: (m, 3) triangles.
         edge_stop: the edge-stopping function g.
         contrast: c, in the unit of the values: differences above c are edges. Larger blurs more edges. None: 1.4826 times the
-            median |I_p - I_s| over the edges of the input, times 1.41 for "gaussian", 2.24 for "tukey", 2.80 for
+            median |I_p - I_s| over the edges of the mesh, times 1.41 for "gaussian", 2.24 for "tukey", 2.80 for
             "truncated_l2".
         step: above 0 and at most 1 / d, d the largest number of neighbours of a vertex. Larger is smoother. None: 1 / d.
         iterations: number of steps. More are smoother; the time is proportional.
@@ -95,7 +95,7 @@ def perona_malik(
             progress((iteration + 1) / steps)
     # Rounding may put a sum one bit outside the range.
     result = np.clip(now, start.min(axis=0), start.max(axis=0)) if len(start) else now
-    # Adding 0 would turn -0.0 into 0.0.
+    # Unchanged values are taken from the input, since adding 0 turns -0.0 into 0.0.
     return np.asarray(np.where(result == start, start, result).reshape(unchanged.shape))
 
 

@@ -10,8 +10,8 @@ from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
 
-#: The bands of relief as shortest and longest wavelengths in mean edges. Waves of the longest wavelength count with half their
-#: height, shorter ones with nearly all of it. Noise has short waves, so the second band contains less noise.
+#: The bands of relief as shortest and longest wavelengths in mean edges. Waves of the longest wavelength count with a quarter
+#: of their height, waves of a quarter of this length with most of it. Noise has short waves, so the second band has less noise.
 BANDS = ((0.0, 8.0), (6.0, 16.0))
 # Relief is measurable if its share of the energy of all heights, noise included, is above this.
 _MEASURABLE = 0.7
@@ -28,9 +28,9 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     """Returns the lost share of relief, 1 - <h', h> / (|h|^2 - |h_n|^2): heights h before, h' after, and h_n of noise alone.
 
     The heights are n . (q - 2 S q + S S q). q are the coordinates p, n the normals of S q, and S is the implicit step that halves
-    waves of 8 mean edges. The heights are 0 on a ball or a cylinder. Noise in h is not relief: the energy of noise of the stated
-    level on the same surface is subtracted. If less than 0.7 of the energy is left, S halves waves of 16 mean edges, and q is p
-    smoothed by the step that halves waves of 6 mean edges, which removes most of the noise.
+    waves of 8 mean edges. On a ball or a cylinder the heights are nearly 0. Noise in h is not relief: the energy of noise of the
+    stated level on the same surface is subtracted. If less than 0.7 of the energy is left, S halves waves of 16 mean edges, and q
+    is p smoothed by the step that halves waves of 6 mean edges, which removes most of the noise.
 
     Args:
         before: (n, 3) coordinates.

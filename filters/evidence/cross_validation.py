@@ -1,4 +1,4 @@
-"""Cross-validation: runs each candidate with vertices held out and scores its predictions [batson2019]."""
+"""Cross-validation: runs candidates (settings of filters) with vertices held out, and scores their predictions [batson2019]."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class Choice(Generic[Label]):
 
 
 class Scores(NamedTuple):
-    """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations, and the best index."""
+    """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations; the index of the best."""
 
     errors: Floats
     excess: Floats
@@ -91,9 +91,9 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Returns a function from the indices of held-out vertices to (n, 3) points with these vertices at predicted positions.
 
-    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric through its two
-    rings. The prediction with smaller errors on the (n,) `scored` vertices is used; with `by_means`, always the mean. The (n, 3)
-    points have a mean edge of 1, the (n, 3) unit normals are smoothed.
+    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric fitted to its two rings of
+    neighbours. The prediction with smaller errors on the (n,) `scored` vertices is used; with `by_means`, always the mean. The
+    (n, 3) points have a mean edge of 1, the (n, 3) unit normals are smoothed.
     """
     rings, indices = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:

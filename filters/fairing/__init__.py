@@ -1,4 +1,4 @@
-"""Fairing: minimises an energy of the surface, on the whole mesh or on a region between fixed rings."""
+"""Fairing: minimises an energy of the surface, on the whole mesh or on a region inside rings of fixed vertices."""
 
 from .bilaplacian import bilaplacian_smoothing, feature_weights, scalar_feature_weights, weight_of_detail_size
 from .blend import Blend, blend_parts

@@ -1,4 +1,4 @@
-"""Refinement, the second step of hole filling [liepa2003]: splits triangles to the rim's density, flips edges to Delaunay."""
+"""Refinement, the second step of hole filling [liepa2003]: splits triangles until a patch is as dense as its rim, flips edges."""
 
 from typing import NamedTuple
 
@@ -18,28 +18,28 @@ DENSITY = np.sqrt(2.0)
 # length: in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# The largest number of vertices in a patch; with a width from `uniform_width` a patch has far fewer.
+# The largest number of vertices in a patch; a patch that is refined with `uniform_width` has far fewer.
 _MOST_POINTS = 300_000
 # The number of rounds is unknown in advance: after this many rounds the progress is one half.
 _HALF = 8
 # An edge is flipped if the angles opposite it sum to more than pi + `_GAIN`, and the flip lowers the sum by more than `_GAIN`.
-# Without this gap rounding could flip an edge back and forth for ever.
+# Without these margins, rounding errors could flip an edge back and forth for ever.
 _GAIN = 1e-7
 # A flip must not make a triangle whose doubled area is below this share of the sum of two squared sides.
 _THINNEST = 1e-7
 _MOST_SWEEPS = 200
-#: A patch is as dense as its rim everywhere if it then has at most about this many vertices.
+#: A patch becomes as dense as its rim everywhere if at most about this many vertices suffice.
 MOST_VERTICES = 60_000
-#: A larger patch has this density only within `_LEAST_WIDTH` or more edges of its rim; beyond, edges grow by `SLOPE` x distance.
+#: In larger patches only a band of `_LEAST_WIDTH` or more edges at the rim is so dense; beyond, edges grow by `SLOPE` x distance.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
 class ForbiddenEdges(NamedTuple):
-    """The edges that a patch must not have between its rim vertices 0 to k - 1."""
+    """The edges that a patch must not have; its rim vertices are 0 to k - 1."""
 
     pairs: VertexPairs  # pairs of rim vertices with an edge outside the patch
     apart: Bools  # (k,) the rim vertices that must not be joined with each other
-    alone: Bools  # (k,) the vertices that the rim passes twice: a flip must not join them with any vertex
+    alone: Bools  # (k,) the vertices that the rim passes more than once: a flip must not join them with any vertex
 
 
 class Patch(NamedTuple):
@@ -128,7 +128,7 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
-    """Splits each chosen triangle into three at a new point (numbers from `count` on): one keeps the row, two are appended."""
+    """Splits each chosen triangle into three at a new point (numbered from `count` on): one keeps the row, two are appended."""
     a, b, c = triangles[chosen].T
     v = count + np.arange(len(chosen), dtype=np.int32)
     split = np.concatenate([triangles, np.column_stack([b, c, v, c, a, v]).reshape(-1, 3)])
@@ -165,7 +165,7 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
         return False
     if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
         return False
-    # The new triangles must not be folded over each other, unless the old triangles are folded as much.
+    # The new triangles must not be folded over each other, unless the old ones are folded at least as much.
     after = _facing(points, a, d, c, d, b, c)
     if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
         return False
@@ -201,15 +201,15 @@ def uniform_width(patch: Patch) -> float:
     """Returns the width, in edges, of the band along the rim that is as dense as the rim; infinite if this is the whole patch.
 
     Equilateral triangles with side h have one vertex per area h^2 sqrt(3) / 2. A band along k rim edges, u edges wide, has
-    2 k u / sqrt(3) vertices. The inside, where edges grow by g times the distance, has at most 2 k / (g sqrt(3)) vertices. The
+    2 k u / sqrt(3) vertices. The inside, where edges grow by g = `SLOPE` x distance, has at most 2 k / (g sqrt(3)) vertices. The
     result is the u for which band and inside together have `MOST_VERTICES`, but at least `_LEAST_WIDTH`.
     """
-    each = np.sqrt(3.0) / 2.0
+    vertex_area = np.sqrt(3.0) / 2.0  # of triangles with side 1
     areas = np.linalg.norm(cross_products(patch.points, patch.triangles), axis=1) / 2.0
-    count = float((areas / (each * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
+    count = float((areas / (vertex_area * patch.sizes[patch.triangles].mean(axis=1) ** 2)).sum())
     if count <= MOST_VERTICES:
         return np.inf
-    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / patch.n_rim - 1.0 / SLOPE))
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * vertex_area / patch.n_rim - 1.0 / SLOPE))
 
 
 def growing(sizes: Floats, points: Floats, rim: Floats, uniform: float) -> Floats:

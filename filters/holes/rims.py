@@ -1,4 +1,4 @@
-"""Sorts the boundary loops of a mesh into holes, outer borders of sheets, and islands; gives reasons why rims stay open."""
+"""Sorts rims (boundary loops) into holes, outer borders of sheets, and borders of islands in holes; says why rims stay open."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -38,8 +38,8 @@ _WHY: dict[Reason, str] = {
     "select a vertex of it and close only the holes at the selection",
     "island": ": it is the border of an island that cannot be joined to the hole around it",
     "seam": ": its two sides coincide, so merge close vertices",
-    "no_triangulation": ": each triangulation has triangles without area, as its vertices coincide or lie on a line, or edges "
-    "with more than two faces",
+    "no_triangulation": ": each triangulation has edges with more than two faces, or triangles without area because vertices of "
+    "the rim coincide or lie on a line",
     "non_manifold": "an edge with more than two faces ends there: delete or separate its faces",
     "orientation": "the faces there are not coherently oriented: orient them first",
 }

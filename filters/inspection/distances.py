@@ -85,7 +85,7 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """Returns the faces of about `count` samples, ascending, and the area that each sample represents.
 
-    The number of samples on a face is in proportion to its area, at least one: more than `count` faces have more samples.
+    The number of samples on a face is in proportion to its area, at least one: more faces than `count` need more samples.
     Area-weighted means are at least as accurate as with equally many random samples. A cloud has its vertices as samples.
     """
     if not len(faces):

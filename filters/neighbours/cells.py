@@ -1,9 +1,9 @@
 """Finds neighbours of the points of a tile in other cells of the cloud.
 
-A cloud that does not fit into memory is cut into cells, each with a bounding box. The points of a tile have already been compared
-with each other; this module compares them with the points of other cells. Neighbours are ordered as in `nearest_neighbours`: by
-squared distance, then by number. Rounding is monotonic. So the computed distance to a point in a box is never below
-the distance to the box, and never above the distance to the box's farthest corner. Hence no cell with a neighbour is left out.
+A cloud that does not fit into memory is cut into cells, each with a bounding box. A tile is a range of cells. Its points have
+been compared with each other; this module compares them with the points of other cells. Neighbours are ordered as in
+`nearest_neighbours`: by squared distance, then by number. Rounding is monotonic. So the computed distance to a point in a box
+is never below that to the box, and never above that to the box's farthest corner. Hence no cell with a neighbour is left out.
 
 The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
@@ -42,7 +42,7 @@ class CellTree(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """For each of some points, the k nearest points found so far, ordered by squared distance, then by number."""
+    """For each query point, the k nearest points found so far, ordered by squared distance, then by number."""
 
     squared: Floats  # (a, k) squared distances, infinite for missing neighbours
     numbers: Longs  # (a, k) numbers of the neighbours
@@ -54,7 +54,7 @@ class Nearest(NamedTuple):
 
 
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
-    """Returns (n,) whether a cell outside of the tile can hold a point within the (n,) squared distances `bounds`.
+    """Returns (n,) whether a cell outside of the tile can hold a point within the point's squared distance in the (n,) `bounds`.
 
     A bound is the squared distance of the k-th nearest point in the tile. The tile has the cells from `first` to `last` - 1.
     """
@@ -74,7 +74,7 @@ def cells_within(
     The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
 
     Returns:
-        (a + 1,) offsets of the a listed points into the list; and the list, (c,) numbers of cells.
+        (a + 1,) offsets into the list, for the first `a` points; and the list: the (c,) numbers of cells.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
     shrink_bounds(points, bounds, cells, k)
@@ -171,7 +171,7 @@ def offer_cells(
     rows: Longs,
     offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Inserts the points of the cells that `cells_within` lists into the `nearest`, in place.
+    """Updates `nearest` in place with the points of the cells that `cells_within` has listed.
 
     `own_numbers` are the numbers of the `points`, so that no point becomes its own neighbour. `offered` has (r, 3) coordinates,
     (r,) numbers and (r,) slots of other points. `rows` has (c, 2) begin and end of each cell in these arrays, 0 for absent cells.

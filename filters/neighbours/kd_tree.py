@@ -29,13 +29,13 @@ STACK = 64
 _INDEX = 3
 #: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: A bound above every index: with it, all points at the bound of the distance are candidates.
+#: A bound above every index: with it, all points exactly at the distance bound are candidates.
 ANY_INDEX = 2**62
 #: Number of guesses at a distance before an exact selection: with equal distances all guesses may fail.
 _GUESSES = 6
 #: The approximate share of the whole time that building the tree takes.
 _BUILDING = 0.2
-#: The largest number of neighbours that one task finds. It takes about a hundredth of a second, and its arrays fit the cache.
+#: The largest number of neighbours that one task finds. Such a task takes about 0.01 s, and its arrays fit the cache.
 _CHUNK = 2**18
 #: Least number of tasks, so that all threads end at about the same time.
 _TASKS = 64
@@ -141,7 +141,7 @@ def _split_node(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int
 
 @compiled(nogil=True)
 def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
-    """Reorders the rows from `start` to before `stop`: a column's values before row `middle` do not exceed those from it on."""
+    """Reorders the rows from `start` to before `stop`: values of `column` before row `middle` do not exceed later ones."""
     low, high = start, stop - 1
     seed = np.uint64(start + stop)
     while low < high:
@@ -170,7 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the nearest k to `most` candidates to the front. Returns their number, and the new bounds on distance and index."""
+    """Moves the nearest candidates, k to `most`, to the front. Returns their number, and the new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -388,7 +388,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
             box[0, d] = coordinates[leaf, d, :asking].min()
             box[1, d] = coordinates[leaf, d, :asking].max()
         counts[:], bounds[:], ties[:] = 0, FAR, ANY_INDEX
-        bound, tie = FAR, ANY_INDEX  # the largest bound on the distance of the points in the leaf, and its bound on the index
+        bound, tie = FAR, ANY_INDEX  # the largest distance bound of the leaf's points, and the index bound with it
         stack[0, 0], stack[0, 1], stack[0, 2], stack_gaps[0] = 1, 0, coordinates.shape[0], 0.0
         top = 1
         while top > 0:

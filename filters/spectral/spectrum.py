@@ -22,7 +22,7 @@ BANDS = 3
 SHORTEST = 0.5
 #: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
-#: Largest mass that is added at slivers in all, as a share of the area.
+#: The largest total mass that is added at slivers, as a share of the area.
 _ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600  # the bounds of the automatic number of Lanczos steps
 
@@ -68,11 +68,11 @@ def spectrum(
 ) -> Spectrum:
     """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates without the computed modes.
-    Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2 [golub1969]. The
-    quadrature is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have modes
-    of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of slivers
-    get additional mass, in all at most a ten-thousandth of the area.
+    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
+    computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
+    [golub1969]. It is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have
+    modes of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of
+    slivers get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -150,9 +150,9 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # For a bound on S_ii / M_i a vertex needs S_ii / bound - M_i more mass. With bounds[k] the k + 1 stiffest share `_ADDED`.
+    # For a bound on S_ii / M_i, vertex i gets S_ii / bound - M_i more mass; for bounds[k], the k + 1 stiffest share `_ADDED`.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # The bound rises with k as long as the next vertex exceeds it. So the highest bound belongs to all vertices that exceed it.
+    # bounds[k] rises with k while the next vertex exceeds it. So with the highest bound, exactly the vertices above it get mass.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -160,7 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Returns the steps that resolve thirds of octaves above kappa: nodes are highest frequency * pi / (2 steps) apart."""
+    """Returns the number of steps that resolves thirds of octaves above kappa: nodes are sqrt(highest) pi / (2 steps) apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))

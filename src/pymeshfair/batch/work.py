@@ -39,11 +39,11 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-#: seconds to wait for another run of the same output: a lost worker may still be clearing up
+#: seconds to wait while another run writes the same output: a lost worker may still be removing its files
 _PATIENCE = 20.0
 #: seconds between checks of the workers
 _PULSE = 1.0
-#: the largest expected ratio of output to input bytes: doubles in place of single precision
+#: the largest expected ratio of output to input bytes: double in place of single precision
 _GROWTH = 2.0
 #: threads that read files and compute their checksums
 _READERS = 4
@@ -150,7 +150,7 @@ class BatchRun:
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
     def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
-        """Cleans `scans`, and draws the pages of `drawn`, which were done before.
+        """Cleans `scans`, and draws the pages of the scans `drawn`, which an earlier batch cleaned.
 
         Raises:
             ClusterError: the scheduler stopped.
@@ -274,13 +274,13 @@ class Task:
     template: Job  # the options that all runs share
     folder: Path  # the folder of outputs, an absolute path; is made if it does not exist
     scheduler: Scheduler | None  # of dask; None for this machine
-    jobs: int  # parallel scans on this machine
+    jobs: int  # the number of scans cleaned at a time on this machine
     _: KW_ONLY
     resume: bool = False  # skip scans that are done
     stop: bool = False  # stop after the first scan that fails
     sample: int | None = None  # do only this number of scans, which are spread over all sizes
     report: bool = False  # make a page for every cleaned scan, and one for the batch
-    written: tuple[Path, ...] = field(default=(), init=False)  # the files about the whole batch
+    written: tuple[Path, ...] = field(default=(), init=False)  # the written files about the whole batch
 
     def look_ahead(self) -> Prospect:
         """Previews the batch; writes nothing."""
@@ -376,7 +376,7 @@ class Task:
 
     @contextmanager
     def _workers(self, scans: Sequence[Scan], pool: Pool | None) -> Iterator[tuple[Station | DaskWorkers, Items]]:
-        """Opens the workers for scans, and a queue of items and signals; raises `ClusterError` if workers are unfit."""
+        """Opens the workers for scans, and a queue of finished tasks and signals; raises `ClusterError` if workers are unfit."""
         items: Items = SimpleQueue()
         if self.scheduler is None:
             with Interrupts(items):

@@ -54,7 +54,7 @@ def batch(
     sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans of different file sizes.", min=1)] = None,
     report: Annotated[bool, Option("--report", help="Write batch.html, with a row for each scan, and a page of each.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
-    overwrite: Annotated[bool, Option("--overwrite", help="Replace outputs that no run has written.")] = False,
+    overwrite: Annotated[bool, Option("--overwrite", help="Replace existing files even if no run has written them.")] = False,
     json: Json = False,
 ) -> None:
     """Clean many mesh files with a recipe.
@@ -98,7 +98,7 @@ def batch(
 
 
 class BatchLines(ExitStack):
-    """A `pymeshfair.batch.work.Listener` that prints a line for each finished scan; a context manager, which `BatchBar` needs."""
+    """A `pymeshfair.batch.work.Listener` that prints a line per finished scan; a context manager, since `BatchBar` is one."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -158,7 +158,7 @@ def _line(scan: Scan, outcome: Outcome) -> str:
     words = [f"{outcome.seconds:.2f} s"]
     words += [] if moved is None else [f"moved by {moved:.2g} edges"]
     words += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
-    return f"{scan.label}: {', '.join(words)}" + (f", written beyond a limit: {broken}" if broken else "")
+    return f"{scan.label}: {', '.join(words)}" + (f", written although it broke a limit: {broken}" if broken else "")
 
 
 # ------------------------------------------------------------------------------------------------------------ results and plan
@@ -188,7 +188,7 @@ def _show_rows(summary: Summary, task: Task) -> None:
     if len(shown) < len(summary.rows):
         typer.echo(f"  and {len(summary.rows) - len(shown):,} with better results; batch.csv lists all")
     counts = summary.counts
-    others = {"resumed": "of them before", "broken": "written beyond a limit", "failed": "failed", "left": "left"}
+    others = {"resumed": "of them before", "broken": "written although they broke a limit", "failed": "failed", "left": "left"}
     words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
     words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")

@@ -47,7 +47,7 @@ def lex(
 ) -> tuple[int, int]:
     """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
 
-    Decimals, and integers above `_EXACT`, become NaN. Their characters go to the same places of `decimals`, for `tokenise`.
+    Decimals, and integers above `_EXACT`, become NaN: `tokenise` reads them from their copies at the same places of `decimals`.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -55,7 +55,7 @@ def lex(
         end_of_token[c] = True
     end_of_token[47] = slashes
     while i < n:
-        # one line: its number, where it begins, its tokens
+        # one line: where it begins, its number, its first token
         begin, number, token0 = i, line, t
         after_slash = False
         while i < n and not _ends_line(text, i):
@@ -152,7 +152,7 @@ class Tokens:
     kinds: NDArray[np.uint8]  # (t,) the kind of each token
     values: Floats  # (t,) the numbers, rounded to the nearest double; 0 for words
     first: Longs  # (l + 1,) the first token of each line; the last entry is t
-    #: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word
+    #: (l,) the first word of each line, see `word`; 0 if it begins with a number or a word of over 8 bytes
     keywords: NDArray[np.uint64]
     starts: Longs  # (l,) where each line begins in the text
     numbers: Longs  # (l,) the number of each line in the file, from 1
@@ -226,7 +226,7 @@ def _blank(match: re.Match[bytes]) -> bytes:
 
 
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:
-    """Returns (l, width) the numbers on lines after `skipped` words."""
+    """Returns (l, width) the numbers that follow the first `skipped` words of the given lines."""
     chosen = tokens.first[lines][:, None] + np.arange(skipped, skipped + width)
     wrong = ~np.isin(tokens.kinds[chosen], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
     refuse(tokens, lines, wrong, "has something else than numbers; decimals are written with a point")

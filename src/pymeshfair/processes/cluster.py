@@ -75,12 +75,12 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
-    # `ClusterError` reports errors, so the loggers of dask are silenced one by one: some loggers have a level of their own.
+    # `ClusterError` reports the errors, so dask's loggers are silenced: each of them, since some have a level of their own.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # dask warns of versions that differ
+        warnings.simplefilter("ignore")  # dask warns about differing versions
         address, security = scheduler.place(), scheduler.security()
         try:
             client = Client(address, security=security, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
@@ -98,7 +98,7 @@ class Conditions:
     packages: Mapping[str, str | None]  # the version of each package
     probe: Path  # a file in the folder of outputs
     token: str  # the content of that file
-    inputs: Mapping[Path, int | None]  # the sizes of some inputs in bytes; None if a size is not known
+    inputs: Mapping[Path, int | None]  # some inputs with their sizes in bytes, None if unknown
     recipe: bytes  # the pickled recipe
     digest: str  # the checksum of the recipe
 

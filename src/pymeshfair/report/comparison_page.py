@@ -118,7 +118,7 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
     """Returns the report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
     compared = compare(state_of(input), state_of(output))
-    comparison = replace(compared.comparison, displacement=None)  # exact in the record, rounded in the file
+    comparison = replace(compared.comparison, displacement=None)  # the record has the exact one; the file has rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
     paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
     names = {key: path.name for key, path in paths.items()}

@@ -13,7 +13,7 @@ from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
-#: the traits that must be measured on the surface, in up to some tenths of a second each; the measures give the other traits
+#: the traits that must be measured on the surface, which takes up to some tenths of a second each; the measures give the others
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture
@@ -26,9 +26,9 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 
 #: the sort key of a recipe, see `ranked`
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
-#: tasks other than cleaning, which replace or change the scanned shape; and tasks that close openings with unmeasured surface
+#: tasks other than cleaning a surface; and tasks that close openings with surface that was not measured
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
-#: the largest share of the relief, the detail of the surface, that may be lost; a recipe that takes more erases detail
+#: a recipe that removes more than this share of the relief (the detail of the surface) erases detail
 ERASED = 0.1
 
 
@@ -119,8 +119,8 @@ def ranked(
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
     1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
     trial wins; a statistical tie with the best counts as the best, a missing trial as doing nothing. 4. On an open scan,
-    tasks that close openings come last, as the user may want to keep them. 5. More met conditions without "no" win. 6. The order
-    of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, the recipe comes right after ANOTHER.
+    tasks that close openings come last, as the user may want to keep the openings. 5. More met conditions without "no" win.
+    6. The order of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, it comes right after ANOTHER.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -138,7 +138,7 @@ def ranked(
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
         after = better is not None and better.fits and suited.fits
-        # A follower with a better key brings its leader forward.
+        # A follower (a recipe "after" another one) with a better key brings its leader forward.
         followers = [
             key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
         ]

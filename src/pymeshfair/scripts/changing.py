@@ -18,7 +18,7 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
     """The script with the values of `overrides` in place of its own values; of two texts for one parameter, the later one wins.
 
     A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have;
-    a number from 1; or a filter's name, or a part of it, that fits a single step. `parse_value` says how VALUE is written.
+    the step's number, from 1; or a filter's name or a part of it that fits one step. `parse_value` says how VALUE is written.
     """
     for text in overrides:
         place, equals, value = text.partition("=")

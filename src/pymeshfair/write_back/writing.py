@@ -210,7 +210,7 @@ def _as_data(mesh: Any) -> MeshData:
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns the (m,) mask of the faces with the most frequent texture of the rim (`texture_donors`)."""
+    """Returns the (m,) mask of the faces with the most frequent texture at the added faces, see `texture_donors`."""
     if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
         return texture_donors(before, added_faces)
     texture_indices = np.full(len(before.faces), -1, np.int32)
