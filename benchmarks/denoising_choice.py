@@ -76,8 +76,9 @@ def rough_truth(pair: NoisyPair) -> bool:
     If t is what `Scan.surface_noise` says of the truth, where that is not clean, and s the noise that was added, the estimate of
     least error leaves t s / sqrt(t^2 + s^2), and one that takes all noise errs by t: sqrt(1 + t^2 / s^2) times as much.
     """
-    truth = Scan.of(pair.truth, pair.faces)
-    heights = np.einsum("ij,ij->i", pair.noisy - pair.truth, truth.normals) / mean_edge_length(pair.truth, pair.faces)
+    truth, vertex = Scan.sampled(pair.truth, pair.faces)
+    noise = (pair.noisy - pair.truth)[vertex] / mean_edge_length(pair.truth, pair.faces)
+    heights = np.einsum("ij,ij->i", noise, truth.normals)
     added, own = np.median(np.abs(heights)) / tuned.MEDIAN_OF_NORMAL, 0.0 if truth.clean else truth.surface_noise
     return bool(np.hypot(added, own) > ASKED * added)
 

@@ -69,7 +69,7 @@ def test_a_mesh_set_names_filter_parameter_and_value(declared: Filter, parameter
 #: values that are none for the function behind a filter, and the words that it refuses them with
 WORDS: dict[type[Parameter], tuple[tuple[Any, ...], str]] = {
     Int: ((2.0, 2.5, NAN, True), "{name} is {value}: it must be a whole number "),
-    Float: ((NAN, INFINITY, -INFINITY), "{name} {value} is not "),
+    Float: ((NAN, INFINITY, -INFINITY), "{name} is {value}: it must be "),
     Enum: (("umbrella", "", 1), "{name} {value} is not one of "),
 }
 

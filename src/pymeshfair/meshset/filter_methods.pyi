@@ -862,7 +862,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             operator: How neighbours are weighted. 'uniform' evens out triangle sizes, as vertices drift along the surface;
                 'inverse_length' and 'scale_dependent' keep uneven sampling; 'cotangent' and 'laplace_beltrami' move vertices
-                along the normal; 'robust' also works on slivers, non-manifold meshes and point clouds.
+                along the normal; 'robust' also works on point clouds, slivers and non-manifold meshes.
             step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
                 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is
                 smoother. Takes a number of at least 0.
