@@ -237,7 +237,7 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
         mu = mu_of_pass_band(pass_band, step)
     if not (math.isfinite(mu) and mu < -step):
         raise FilterInputError(
-            f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
+            f"mu is {mu}: it must be below -step, {-step}, as the step back is the longer one, for example {-1.06 * step:g}"
         )
     largest = largest_stable_step(mu / step, largest_eigenvalue)
     if step > largest:
@@ -265,7 +265,9 @@ def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) 
 def mu_of_pass_band(pass_band: float, step: float) -> float:
     """Returns mu = 1 / (k_PB - 1/step), for which `transfer_function` is 1 at k_PB; k_PB is above 0 and below 1/step."""
     if not 0.0 < pass_band < 1.0 / step:
-        raise FilterInputError(f"pass_band {pass_band} is not above 0 and below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual")
+        raise FilterInputError(
+            f"pass_band is {pass_band}: it must be above 0, below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual"
+        )
     return 1.0 / (pass_band - 1.0 / step)
 
 

@@ -92,7 +92,7 @@ def bilaplacian_smoothing(
         on_irregular: called if the energy makes spikes, because triangles are very uneven, with the number of vertices in the
             components with spikes. These components are smoothed by connectivity alone, see `evened_operator`.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
-            vertices, factorisation takes up to 3 s between two calls; larger meshes are not factorised and take less.
+            vertices, up to 3 s may pass between two calls.
 
     Returns:
         (n, 3) float64. Fixed vertices keep every bit. The others have an error of about 1e-10 of the diagonal.
@@ -357,7 +357,7 @@ def feature_weights(
     """
     points, triangles = check_mesh(vertices, faces)
     if not 0.0 < feature_angle < 180.0:
-        raise FilterInputError(f"feature_angle {feature_angle} is not between 0 and 180 degrees")
+        raise FilterInputError(f"feature_angle is {feature_angle}: it must be between 0 and 180 degrees")
     if not len(triangles):
         return np.ones(len(points))
     normals = filter_face_normals(points, triangles, range_sigma=_RANGE, normal_iterations=_ITERATIONS, progress=progress)

@@ -265,7 +265,7 @@ def _flip_pass(
                 if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
                     far = True
                     break
-            # If this fan lacks a face at c, an edge from c to d may exist in another fan at c.
+            # If f's fan around c has not all faces at c, another fan at c may already have an edge to d.
             if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
                 continue
             flip(faces, across, f, k)

@@ -112,7 +112,7 @@ def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
-    # Scaled by a power of two and not moved, so that the result has the same bits whatever the other vertices are.
+    # Scaling by a power of two, without moving, is exact: distant parts of the mesh do not change the result at a face.
     local = np.zeros_like(points)
     local[mesh.used] = mesh.scale * points[mesh.used]
     return looking_away(cross_products(local, triangles), triangles, len(points))

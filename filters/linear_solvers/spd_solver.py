@@ -27,11 +27,12 @@ from .fronts import Fronts
 _ATTEMPTS = 4
 #: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
 #: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than this error times the
-#: largest eigenvalue. One step of refinement restores the accuracy of the modes.
+#: largest eigenvalue. The eigensolver refines its modes once, which makes up for the error.
 _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
-#: Refinement ends when the next correction is predicted to be below `_REFINED` extents, or after `_MOST_REFINEMENTS` steps.
+#: Refinement ends when the next correction is predicted to be below `_REFINED` times the extent of the solution, or after
+#: `_MOST_REFINEMENTS` steps.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
@@ -346,7 +347,7 @@ def refined_solution(
     system = SpdSystem.of(matrix)
     solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.asarray(start, dtype=np.float64)
-    del start  # not needed after the first step
+    del start  # so that the first step frees its memory
     before, steps = np.inf, 0
     while True:
         r = first if steps == 0 and first is not None else residual(x)

@@ -17,7 +17,7 @@ from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leav
 SPREAD_BLOCK = 1 << 16
 #: Largest rounding error of a difference of distances, in the unit of a search tree, whose largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: Largest relative difference that counts as rounding: near the origin, distances below `_ROUNDING` may still be exact.
+#: Differences above this share of the mean distance are no rounding errors, even below `_ROUNDING`: distances can be tiny.
 _ALIKE = 1e-6
 #: The smallest exponent of a float64.
 _LOWEST = -1074

@@ -88,10 +88,10 @@ def spectral_filter(
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest wavelength of a
             band. Larger smooths more, and enhances larger details.
         largest_size: the longest wavelength of a band, in mesh units; None for four times the shortest. "low_pass" ignores it.
-        modes: in place of `detail_size`, the number of lowest modes of all components together that are kept; all others are
-            dropped (brick wall). The constant mode of each component holds its centroid: it is kept and not counted. Fewer modes
-            smooth more; a small component without a mode among the lowest shrinks to its centroid. Without eigenvectors, the
-            smooth response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
+        modes: in place of `detail_size`, the number of lowest modes of all components together that are used; "enhance"
+            keeps all others, which are dropped otherwise (brick wall). The constant mode of each component holds its centroid: it
+            is kept, not counted. Fewer modes smooth more; components without such a mode shrink to their centroid. Without
+            eigenvectors, the response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: the order of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes. "polynomial" applies a polynomial of the Laplacian, or a rational function if the
@@ -203,7 +203,7 @@ def _brick_wall(
     if band_of is not None and size < math.inf:
         band = band_of(size)
         at_infinity = band.infinity
-        # The gain is the response at infinity plus the weight of the profile at the short end of the band.
+        # The response is a constant, `infinity`, plus weighted low passes; the last low pass has the shortest wavelength.
         factors = np.where(omega >= band.cutoffs[0], at_infinity + band.weights[-1], at_infinity)
     after, _ = _combined(problem, values, shapes, factors, at_infinity)
     return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))

@@ -205,7 +205,7 @@ def documents() -> Iterator[Case]:
     yield Case("half.3mf", three_mf()[:-40], "no whole archive")
     yield Case("no_archive.3mf", b"<model/>", "does not begin with 'PK'")
     yield Case("honest.ptx", (_PTX + "1 2 3 0.5\n4 5 6 0.5\n").encode(), None, (2, 0))
-    yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 positions of its grids")
+    yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 positions in its grids have no")
     yield Case("declares_more.ptx", (_PTX.replace("2\n", "20000000\n", 1) + "1 2 3 0.5\n").encode(), "declares 20,000,000 points")
     yield Case("short_row.ptx", (_PTX + "1 2 3 0.5\n4 5 6\n").encode(), "line 12.*has 3 numbers")
     yield Case("believed.ctm", b"OCTM", "it does not check their contents")

@@ -107,7 +107,7 @@ def test_a_mesh_without_edges_is_refused() -> None:
     [
         ({"weights": "uniform"}, "uniform weights ignore lengths: give a time_step"),
         ({"detail_size": pymeshlab.PureValue(0)}, "detail_size is 0 and so is time_step"),
-        ({"method": "taubin", "mu": -0.4}, "mu -0.4 is not below -step"),
+        ({"method": "taubin", "mu": -0.4}, "mu is -0.4: it must be below -step"),
     ],
 )
 def test_what_does_not_fit_is_refused(values: dict[str, Any], words: str) -> None:

@@ -175,7 +175,7 @@ def test_a_full_disk_is_named(recipe: Path, tmp_path: Path, is_filled_later: boo
             with contextlib.suppress(OSError):
                 (folder / "filler").write_bytes(bytes(30_000_000))
             _, err = process.communicate(timeout=100)
-            assert "there is no room for the files of the work: no space left on device" in err
+            assert "the temporary files cannot be written: no space left on device" in err
             assert sorted(p.name for p in folder.iterdir()) == ["begun", "filler", "slow"]
         else:
             done = run_process("run", recipe, scan, "-o", folder / "out.ply", "--tiles", *LITTLE)

@@ -51,7 +51,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Drops, unless named directly, scans in `folder` and outputs of runs on other scans; returns the rest and dropped paths."""
+    """Drops scans in `folder` or made from other scans, unless named directly; returns the rest and the dropped paths."""
     inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)

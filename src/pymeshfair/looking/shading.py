@@ -81,7 +81,7 @@ class Scene:
 def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.uint8]:
     """Returns the (height, width, 3) pixels of a panel.
 
-    Every triangle is drawn, with flat shading, so that noise is visible.
+    Every triangle is drawn, with flat shading, so that noise is visible; a `paint` gets interpolated normals.
     """
     columns, rows = width * SUPERSAMPLING, height * SUPERSAMPLING
     buffer = DepthBuffer(np.full((rows, columns), -1, dtype=np.int32), np.full((rows, columns), -np.inf))

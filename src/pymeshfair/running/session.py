@@ -52,7 +52,7 @@ class Outcome:
 class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and the layers after each of the `states` sequences of first steps that were used last.
+    It keeps the measures of the mesh, and the layers after a number of steps, for the `states` beginnings of scripts used last.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -227,7 +227,7 @@ class Session:
         if before.measures is not None and after.measures is not None:
             change = shape_change(origins, (before.measures, after.measures))
             other_recipe = cache(lambda: instead(job.recipe, before))  # slow: it measures the scan
-            # No warning of lost relief if the user has set the strength of a smoothing recipe.
+            # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
@@ -271,7 +271,7 @@ class Session:
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
-                    self._warn("the scan is watertight, and no face cuts another: prepare_for_print keeps its surface")
+                    self._warn("the scan is watertight, and no face cuts another: the recipe prepare_for_print keeps its surface")
         notes = [text for text in (wall_words(mesh, self._unit), wrapped and wrap_words(scan, mesh)) if text]
         for text in notes:
             self._event(Message(text, step=len(self._steps)))

@@ -266,4 +266,4 @@ def _as_failures_of_run(job: Job) -> Iterator[None]:
         raise InputError(job.input, str(error)) from error
     except OSError as error:
         words = (error.strerror or str(error)).lower()
-        raise OutputError(job.output, f"there is no room for the files of the work: {words}") from error
+        raise OutputError(job.output, f"the temporary files cannot be written: {words}") from error

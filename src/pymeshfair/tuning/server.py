@@ -120,7 +120,7 @@ def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     current = step.with_defaults().values
     for name, text in setting.items():
         if text == value_text(current.get(name)):
-            continue  # an unchanged value stays as it is in the recipe, also if a setting of the recipe gives it
+            continue  # keep the text in the script, which may name a setting of the recipe
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
