@@ -117,14 +117,14 @@ def apply_coord_normal_filtering(
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other values are given.
+            moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
-            'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values are given.
+            'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other parameters are set.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
-            faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
+            faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
-            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter is given.
+            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any 'auto' is replaced.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """
@@ -332,8 +332,8 @@ def apply_coord_bilateral_jones(
 ) -> Edit:
     """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-    Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold meshes
-    and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
+    A triangle counts more, the nearer the triangle and its plane are to the vertex. Triangles are found by distance, so that
+    non-manifold meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
     Args:
         space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.

@@ -77,7 +77,7 @@ def compute_selection_by_stray_points_per_vertex(
     Args:
         neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take longer.
         sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
-            sparser parts of a scan, and also denser hazes.
+            sparser parts of a scan, but also more of the hazes.
         smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
@@ -118,8 +118,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
     The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse parts
     it is two thirds of this median over the points nearby. The selection of vertices is replaced. Notes report three shares: of
-    the area with selected vertices, of the other area farther than half the limit, and of the points that have no unselected
-    surface within the limit. Returns the number of selected vertices.
+    the area with selected vertices, of the other area farther from the points than half the limit (spacings), and of the points
+    without unselected surface within the limit. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

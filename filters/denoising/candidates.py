@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, further families move only the replaced outliers: one to their predicted positions, the others by a chain, too.
+    With `alone`, further families move only the replaced outliers: one to predicted positions, and one from there by each chain.
     """
 
     def __init__(

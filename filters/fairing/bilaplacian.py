@@ -89,8 +89,8 @@ def bilaplacian_smoothing(
         border: "fixed": border vertices stay. "along": the same energy first smooths the border as a curve, then the interior
             within it. "free": border vertices move with the interior, and stay near their old places.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        on_irregular: called if the energy makes spikes, because triangles are very uneven, with the number of vertices in the
-            components with spikes. These components are smoothed by connectivity alone, see `evened_operator`.
+        on_irregular: called if the energy makes spikes, because triangles are very uneven. Its argument is the number of vertices
+            in the components with spikes; these components are smoothed by connectivity alone, see `evened_operator`.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
             vertices, up to 3 s may pass between two calls.
 

@@ -88,15 +88,15 @@ def spectral_filter(
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest wavelength of a
             band. Larger smooths more, and enhances larger details.
         largest_size: the longest wavelength of a band, in mesh units; None for four times the shortest. "low_pass" ignores it.
-        modes: in place of `detail_size`, the number of lowest modes of all components together that are used; "enhance"
-            keeps all others, which are dropped otherwise (brick wall). The constant mode of each component holds its centroid: it
-            is kept, not counted. Fewer modes smooth more; components without such a mode shrink to their centroid. Without
+        modes: in place of `detail_size`, the number of lowest modes of all components together that are used. Shorter waves are
+            dropped (brick wall), but kept by "enhance". The constant mode of each component holds its centroid: it is kept, not
+            counted. Fewer modes smooth more; a component that keeps no other mode shrinks to its centroid. Without
             eigenvectors, the response cuts off at the wavelength of the last mode by Weyl's law, kappa = 4 pi (modes + 1) / area.
         gain: the factor of the band; None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: the order of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes. "polynomial" applies a polynomial of the Laplacian, or a rational function if the
             polynomial's degree would exceed 1,000. "auto" computes modes only if `modes` is given and they fit into 0.8 GB.
-        operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
+        operator: "cotangent", "robust" or "auto", see `surface_laplacian`.
         tolerance: the bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
         movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered, then fixed vertices are restored,

@@ -101,7 +101,7 @@ class _Reader:
                 elif part.tag == "instance_controller":
                     skin = self._target(part, "url", "controller").find("skin")
                     if skin is None:
-                        raise ContentsError("its controller has no skin, which is not known here; save it without controllers")
+                        raise ContentsError("its controller has no skin and is not known here; save it without controllers")
                     text = skin.findtext("bind_shape_matrix")
                     bound = numbers(text, "a bind_shape_matrix", 16).reshape(4, 4) if text else np.eye(4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)

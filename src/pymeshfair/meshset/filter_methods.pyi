@@ -522,8 +522,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-        Near triangles with projections close to the vertex count most. Triangles are found by distance, so that non-manifold
-        meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
+        A triangle counts more, the nearer the triangle and its plane are to the vertex. Triangles are found by distance, so
+        that non-manifold meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along
+        normals.
 
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
@@ -1115,20 +1116,20 @@ class FilterMethods(metaclass=LateMethods):
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
-                first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other values are given.
+                first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
-                noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other values
-                are given.
+                noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other
+                parameters are set.
             relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that
-                turns faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other values are given.
-                Takes a whole number from 0 to 10000, or 'auto'.
+                turns faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are
+                set. Takes a whole number from 0 to 10000, or 'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
             compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount:
-                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any parameter
-                is given.
+                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any 'auto' is
+                replaced.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
@@ -1269,7 +1270,7 @@ class FilterMethods(metaclass=LateMethods):
             gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
                 them. Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
-                ripples beside edges. Not used with a number of modes. Takes a whole number from 1 to 8.
+                ripples beside edges. Not used if a given number of modes is computed. Takes a whole number from 1 to 8.
             method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
                 computes modes only if their number is given and memory allows. The result names the method.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
@@ -3642,8 +3643,8 @@ class FilterMethods(metaclass=LateMethods):
 
         The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse
         parts it is two thirds of this median over the points nearby. The selection of vertices is replaced. Notes report three
-        shares: of the area with selected vertices, of the other area farther than half the limit, and of the points that have
-        no unselected surface within the limit. Returns the number of selected vertices.
+        shares: of the area with selected vertices, of the other area farther from the points than half the limit (spacings),
+        and of the points without unselected surface within the limit. Returns the number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the measured points. Takes the id of a layer (a whole number).
@@ -3833,7 +3834,7 @@ class FilterMethods(metaclass=LateMethods):
             neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
             sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
-                sparser parts of a scan, and also denser hazes. Takes a number of at least 1.
+                sparser parts of a scan, but also more of the hazes. Takes a number of at least 1.
             smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps. Takes a whole
                 number of at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.

@@ -249,7 +249,7 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of steps after Close Holes without ``Selected``: they work only on the faces that Close Holes has selected."""
+    """The indices of steps that do not set ``Selected``, and so work only on the faces that an earlier Close Holes selected."""
     leftover = False
     for index, step in enumerate(steps):
         name = step.filter.python_name
