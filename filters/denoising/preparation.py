@@ -1,4 +1,4 @@
-"""Runs the steps of denoising in order: undo rounding, remove outliers, relax, filter normals, unfold faces.
+"""Runs the steps of denoising in order: undo rounding, replace outliers, relax, filter normals, unfold faces.
 
 The relaxation is a number of Taubin steps, which reduce noise that would flip faces in normal filtering.
 """

@@ -522,8 +522,8 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-        A triangle counts more, the nearer the triangle and its plane are to the vertex. Triangles are found by distance, so
-        that non-manifold meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along
+        A triangle counts more, the nearer it and its plane are to the vertex. Triangles are found by distance, so that
+        non-manifold meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along
         normals.
 
         Args:
