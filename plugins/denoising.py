@@ -332,8 +332,8 @@ def apply_coord_bilateral_jones(
 ) -> Edit:
     """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-    A triangle counts more, the nearer it and its plane are to the vertex. Triangles are found by distance, so that non-manifold
-    meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
+    A triangle counts more if it and its plane are near the vertex. Triangles are found by distance, so that non-manifold meshes
+    and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
     Args:
         space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.

@@ -522,9 +522,8 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes noise and keeps features in one step: every vertex moves to the mean of its projections onto triangle planes.
 
-        A triangle counts more, the nearer it and its plane are to the vertex. Triangles are found by distance, so that
-        non-manifold meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along
-        normals.
+        A triangle counts more if it and its plane are near the vertex. Triangles are found by distance, so that non-manifold
+        meshes and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
