@@ -395,7 +395,7 @@ def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = 
 
 
 def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
-    """(n,) which vertices `check_healthy` refuses."""
+    """(n,) which vertices `check_healthy` refuses, for a diagonal above 0."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(~(np.linalg.norm(after - before, axis=1) <= FURTHEST * diagonal))
 

@@ -28,7 +28,7 @@ NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
-#: best. 9 of 10 sure choices are within 5 % of the best; without the limit on rivals 3 of 4, at correlations of 0.05 to 0.1 half.
+#: best. 9 of 10 sure choices are within 5 % of the best; 3 of 4 without the limit on rivals; half at correlations of 0.05 to 0.1.
 SURE, RIVALS = 0.05, 2
 #: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
@@ -52,7 +52,7 @@ STANDS_OUT = 3.0
 # Correlated noise.
 #: The mean of the unit face normals of a depth map is longer than this: 0.5 and more for noisy maps.
 FACING = 0.4
-#: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens up to 45 degrees); other meshes 0.6.
+#: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens angle up to 45 degrees); others 0.6.
 ON_LINES = 0.75
 #: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
 CUT_OFF = 0.06
@@ -68,7 +68,7 @@ FLUSH = 0.01
 ROUNDED = 2.0
 
 # Clouds.
-#: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans have up to half.
+#: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans reach half of it.
 CLOUD_NO_NOISE = 0.03
 #: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 if it is strong.
 CLOUD_INDEPENDENT = -0.085

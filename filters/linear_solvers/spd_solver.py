@@ -27,7 +27,7 @@ from .fronts import Fronts
 _ATTEMPTS = 4
 #: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
 #: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than this error times the
-#: largest eigenvalue. The eigensolver refines its modes once, which makes up for the error.
+#: largest eigenvalue. The eigensolver refines its modes, which makes up for the error.
 _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000

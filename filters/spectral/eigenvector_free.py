@@ -287,7 +287,7 @@ def chebyshev_series(
     sums to less than a hundredth of the tolerance, so that aliasing into the first half is negligible.
 
     `function` takes (N,) values t in (-1, 1). Its narrowest feature spans an angle `width` of theta = arccos t; samples farther
-    apart could miss it. At the largest degree the `error` may exceed the tolerance; it is infinite if unknown.
+    apart could miss it. At `largest_degree` the error may exceed the tolerance; it is infinite if `width` <= 1/`largest_degree`.
     """
     if not width * largest_degree > 1.0:
         return ChebyshevSeries(np.zeros(1), math.inf)

@@ -150,7 +150,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # For a bound on S_ii / M_i, vertex i gets S_ii / bound - M_i more mass; for bounds[k], the k + 1 stiffest share `_ADDED`.
+    # A bound on S_ii / M_i adds mass S_ii / bound - M_i at vertex i; bounds[k] adds `_ADDED` of all mass at the k + 1 stiffest.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # bounds[k] rises with k while the next vertex exceeds it. So with the highest bound, exactly the vertices above it get mass.
     bound = float(bounds.max(initial=0.0))

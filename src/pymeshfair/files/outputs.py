@@ -164,7 +164,7 @@ class Writing:
     extension: str = ""  # the extension of the output
 
 
-#: Writes a mesh without a transformation matrix to a file. Returns notes on contents left out or unlike those of the source file.
+#: Writes a mesh, whose `matrix` is None, to a file. Returns notes on contents left out or unlike those of the source file.
 #: Raises `ContentsError` if the format cannot hold the mesh, or needs a package that is missing.
 Writer: TypeAlias = Callable[[MeshData, BinaryIO, Writing], tuple[str, ...]]
 
@@ -178,7 +178,7 @@ def save_mesh(
     record: Mapping[str, Any] | None = None,
     own_texture_names: bool = False,
 ) -> Saved:
-    """Writes a mesh without a transformation matrix to the staging folder, for `output`, and flushes it to the disk.
+    """Writes a mesh, whose `matrix` is None, to the staging folder, for `output`, and flushes it to the disk.
 
     `resolution` returns the mean edge, or the mean distance of points; `record` is the provenance of the replaced output.
     """

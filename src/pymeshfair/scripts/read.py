@@ -1,7 +1,7 @@
 """Reads .mlx scripts, and lists all problems of a script before any mesh is opened.
 
-Unknown elements, names, types and values, which MeshLab ignores, are problems; comments and unknown attributes are not. A hostile
-file costs little: entities and document type subsets are refused where they begin; size, depth and number of steps have limits.
+Unknown elements, names, types and values, which MeshLab ignores, are problems; comments and most unknown attributes are not. A
+hostile file costs little: entities and document type subsets are refused at once; size, depth and number of steps have limits.
 """
 
 import codecs
