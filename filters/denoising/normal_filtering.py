@@ -177,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """Filters face normals in the order of `adjacency`; a part of a mesh needs the mean centre `distance` of the whole mesh."""
+    """Filters face normals in the order of `adjacency`; for a part, `distance` is `mean_centre_distance` of the whole mesh."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -311,7 +311,7 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
     """Returns the number of rings of faces around a vertex on which its position after one round depends.
 
     Raises:
-        FilterInputError: the filter depends on a distance and not on a number of rings.
+        FilterInputError: the filter depends on a distance or on rings of vertices, not on rings of faces.
     """
     if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
         raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")

@@ -148,7 +148,7 @@ def _jacobi_steps(
 
 @compiled
 def _step(matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats, energy: Floats) -> bool:
-    """Moves x along p to the least energy, sets `energy` to r^T diag(scale) r of each column; returns False if p^T A p < 0."""
+    """Moves x along p to the least error, sets `energy` to r^T diag(scale) r of each column; returns False if p^T A p < 0."""
     curvature = _total(_multiply(matrix, p, q))
     if not (curvature >= 0.0).all():
         return False

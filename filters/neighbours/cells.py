@@ -54,7 +54,7 @@ class Nearest(NamedTuple):
 
 
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
-    """Returns (n,) whether a cell outside of the tile can hold a point within the point's squared distance in the (n,) `bounds`.
+    """Returns (n,) for each point whether the box of a cell outside of the tile is within its squared distance in (n,) `bounds`.
 
     A bound is the squared distance of the k-th nearest point in the tile. The tile has the cells from `first` to `last` - 1.
     """
@@ -68,7 +68,7 @@ def cells_within(
 ) -> tuple[Longs, Ints]:
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
-    `bounds` shrink in place: if a box has more than k points, at least k of them are other points, none of them farther away than
+    `bounds` shrink in place: if a box has more than k points, at least k are not the point itself, none of them farther away than
     the box's farthest corner. This shortens the list of a point that is far from all cells, and about equally far from each.
 
     The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.

@@ -17,7 +17,7 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: `enhance_details` measures b only up to this multiple of the displacement: f then shortens it by 2 %, as tanh(1/4) = 0.98 / 4.
+#: `enhance_details` measures the bound b only up to this multiple of the displacement x: b tanh(x / b) is then 2 % below x.
 _BOUND = 4.0
 # Displacements count as at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3

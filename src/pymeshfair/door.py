@@ -158,7 +158,7 @@ class Door:
     # ---------------------------------------------------------------------------------------------------------------- out
 
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
-        """Reads a MeshLab mesh; elements of `sent` that still exist get their other attributes back."""
+        """Reads a MeshLab mesh; elements of `sent` that still exist get back the attributes that MeshLab did not hold."""
         vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices = None if sent is None else _numbers(mesh, "vertex", len(sent.vertices))
         if of_vertices is None:

@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise from the tried settings: the measured noise is near 0 for impulse noise."""
+    """The traits, corrected by what `FILTER` found: the kind of noise, and its amount, which is measured near 0 for impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])

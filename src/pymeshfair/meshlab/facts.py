@@ -22,7 +22,7 @@ from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement,
 def meshlab_filters() -> tuple[Filter, ...]:
     """Returns MeshLab's filters. Defaults and bounds are None if MeshLab computes them from the mesh.
 
-    Bounds of whole numbers are set here: MeshLab has none, and hangs or crashes on a negative count.
+    The bounds of whole numbers are ours: MeshLab has none, and hangs or crashes on a negative count.
     """
     return tuple(_filter(*row) for row in table("filters")["filters"])
 

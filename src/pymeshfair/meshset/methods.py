@@ -30,7 +30,7 @@ PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
 
-#: by parameter type, the types that a method takes; the function of a filter takes fewer types
+#: by parameter type, the types that a method takes; the function of a filter receives `Parameter.python_type`
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
 #: the documentation of MeshLab's filters

@@ -219,7 +219,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # from a mean square, in which outliers count in full, as energies are compared
+    noise = scan.noise.deviation  # not `level`, a median: outliers count in full, because `relief_lost` compares energies
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 

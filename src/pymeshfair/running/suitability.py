@@ -186,7 +186,7 @@ def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) ->
     Args:
         recipe: the recipe.
         scan: the scan; if it was not measured, there are no warnings.
-        as_shipped: whether the user has set no value of the recipe. If so, a warning names a denoising recipe that ranks higher.
+        as_shipped: whether the user has set no value. If one is set, only a recipe with `behind` is compared with denoising ones.
 
     Raises:
         RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.
