@@ -140,7 +140,7 @@ class SurfaceDistance:
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
     furthest: Floats  # (3,) the place with the distance `largest`
-    at_most: float  # bounds all distances; at most 1 % above `largest` unless the search is cut short or the other surface is a cloud
+    at_most: float  # bounds all distances; within 1 % of `largest` unless the search is cut short or the other surface is a cloud
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
         """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
