@@ -15,8 +15,8 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces with centres within a distance, if a path of such steps over such
-#: faces leads there. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: steps between faces that share a vertex. "radius": faces with centres within a distance, if a path of steps over shared
+#: vertices leads there and stays within the distance. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.

@@ -140,7 +140,7 @@ class SurfaceDistance:
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
     furthest: Floats  # (3,) the place with the distance `largest`
-    at_most: float  # an upper bound of all absolute distances; within 1 % of `largest` except after long searches or for clouds
+    at_most: float  # bounds all distances; within 1 % of `largest` unless the search is cut short or the other surface is a cloud
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
         """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
@@ -201,7 +201,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
-    """Finds the largest distance, its place, and an upper bound: quarters parts with bounds over `_PROVEN` times the largest."""
+    """Finds the largest distance, its place, and an upper bound: splits parts with bounds over `_PROVEN` times the largest."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances

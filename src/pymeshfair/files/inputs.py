@@ -110,7 +110,7 @@ class Reading:
 
     mesh: MeshData
     doubts: tuple[str, ...] = ()  # warnings for the user, one sentence each
-    side_files: tuple[Path, ...] = ()  # the files that belong to the mesh file; readers leave out the images of textures
+    side_files: tuple[Path, ...] = ()  # files that belong to the mesh file; `read_file` adds the images of textures
 
 
 def unended(text: bytes) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Checks edits, and applies them to meshes; keeps attributes, and continues them into added elements.
 
 An edit adds (a, 3) vertices and (b, 3) faces, with indices below n + a, to a mesh of n vertices and m faces. Colours and textures
-of added elements continue those around them. Scalars and texture coordinates are copied from a near old element, the donor.
+of added elements continue those around them. Scalars and vertices' texture coordinates come from a near old element, the donor.
 """
 
 from dataclasses import replace
@@ -221,8 +221,8 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
 
-    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. The rim is the donor vertices of added faces,
-    or else all of them. An added face gets a donor at the rim vertex nearest to its centroid. `points` are (n + a, 3), `old` n.
+    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. The rim is the donor vertices that added
+    faces use, else all. An added face gets a donor at the rim vertex nearest to its centroid. `points` are (n + a, 3), `old` n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex

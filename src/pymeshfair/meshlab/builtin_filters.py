@@ -1,4 +1,4 @@
-"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set; converts values between both libraries."""
+"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set; converts values to pymeshlab's classes and back."""
 
 import math
 from collections.abc import Callable, Mapping

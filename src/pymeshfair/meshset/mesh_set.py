@@ -38,7 +38,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     fetched before shows the new state.
 
     A filter that moves the vertices of a mesh with faces uses up one layer id of MeshLab; a filter that adds elements uses up
-    two. So the ids of later layers skip numbers. Scripts do not count these ids.
+    two. So the ids of later layers skip numbers. Scripts number the layers without these gaps.
 
     Attributes:
         on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; may raise to stop

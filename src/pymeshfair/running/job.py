@@ -39,7 +39,7 @@ class Job:
     unchecked: bool = False  # let MeshLab read formats that pymeshfair cannot check
     keep_all: bool = False  # fail if the output lacks anything of the input or of the result
     threads: int | None = None  # the most threads that a filter may use; None: OMP_NUM_THREADS, or all processors
-    overrides: tuple[str, ...] = ()  # the texts ``STEP.PARAM=VALUE`` that changed the recipe, for the record
+    overrides: tuple[str, ...] = ()  # the texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that changed the recipe, for the record
     command: tuple[str, ...] = ()  # the command line of the run, for the record
     guards: Guards = NO_GUARDS  # limits, which override those of the recipe
     keep_broken: bool = False  # write the output even if a limit is broken

@@ -36,13 +36,13 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult
 _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
-_TAIL_LINES = 60  # how many of the last lines on stderr an error shows if the worker dies
+_TAIL_LINES = 60  # how many of the last lines on stderr an error shows if the worker dies or has a defect
 #: the time limit to read a file, without compilation: seconds + bytes / rate, ten times the time that the slowest file needs
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asks for the end of the run. Used only within `running`; callers see KeyboardInterrupt."""
+    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`; their callers see KeyboardInterrupt."""
 
 
 class Interrupts:

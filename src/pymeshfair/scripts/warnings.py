@@ -32,8 +32,8 @@ def traps(script: Script) -> Iterator[str]:
     """Warnings about steps that do something else than what was meant, one sentence each."""
     for index in deletes_result(script.steps):
         yield (
-            f"{_place(script, index)} deletes the result of the step before: that is the current layer since "
-            "MeshLab 2016; `pymeshfair upgrade` leaves the step out"
+            f"{_place(script, index)} deletes the result of the step before, which is the current layer today; "
+            "in MeshLab 2016 the step deleted the input; `pymeshfair upgrade` leaves it out"
         )
     for index in works_on_leftover_selection(script.steps):
         yield (
