@@ -25,7 +25,7 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
 # Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise:
-# below 1 for one-rings, as their heights include noise of both ends and of the normal; above 1 for corners, with small heights.
+# below 1 for one-rings, whose heights have noise of both ends and the normal; above 1 for triangle corners, with small heights.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Scales above this or below its inverse are refused, since their squares would be out of the range of numbers.
@@ -52,7 +52,7 @@ def bilateral_fleishman(
     """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
     h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the area-weighted normal of i. The
-    sums go over the vertices within sqrt(2) `space_sigma` of i that a path of edges through such vertices connects with i. They
+    sums go over the vertices that a path of edges connects with i, if the whole path is within sqrt(2) `space_sigma` of i. They
     leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along normals keeps
     the shape of triangles, but each step shrinks closed surfaces a little.
 

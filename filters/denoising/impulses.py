@@ -177,7 +177,7 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
     spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only the one with the largest decrease
-    of roughness moves. The test is then repeated for all vertices; moved vertices may move back.
+    of roughness moves. The test is then repeated for all vertices of `which`; moved vertices may move back.
     """
     is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)

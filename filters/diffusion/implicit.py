@@ -332,7 +332,7 @@ class Volumes(NamedTuple):
     faces: Ints  # (f, 3) their triangles
     component: Longs  # (f,) the component of each triangle, from 0
     vertex_component: Longs  # (n,) the component of each vertex, -1 outside of these components
-    volumes: Floats  # the signed volume of each component, in cubed mesh units
+    volumes: Floats  # the signed volume of each component, in the cubed unit of the points
 
 
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:

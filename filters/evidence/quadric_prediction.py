@@ -41,7 +41,7 @@ def predicted_heights(
 
 
 def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: Bools | None = None) -> Floats:
-    """Returns (n,) heights / sqrt(1 + gains^2) of `predicted_heights`: their standard deviation is that of independent noise."""
+    """Returns (n,) heights / sqrt(1 + gains^2) of `predicted_heights`: independent noise of deviation d gives deviation d."""
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(heights / np.sqrt(1.0 + gains**2))
 

@@ -142,7 +142,7 @@ def at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
 
 
 def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 8.0) -> Floats:
-    """(n,) the brightness of a polished surface under line lamps at each normal, from 0 to 1.
+    """(n,) the brightness, from 0 to 1, that a polished surface under line lamps has at each normal.
 
     The lamps are infinitely far, parallel to `direction`, and evenly spread round it. The eye is infinitely far in the direction
     v = `view`. At a normal n it sees light from r = 2 (n . v) n - v; the angle of r about `direction` decides whether r hits a

@@ -222,7 +222,7 @@ class Submesh(NamedTuple):
     faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not
-    border: Bools  # (n,) whether the vertex lies on the border of the mesh; false on the outermost ring
+    border: Bools  # (n,) whether the vertex is an end of a border edge; edges between vertices of the outermost ring do not count
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:

@@ -77,7 +77,7 @@ def read_stl(path: Path, references: References) -> Reading:
 def _colors(head: bytes, bits: NDArray[np.uint16]) -> tuple[NDArray[np.uint8] | None, int]:
     """Returns (m, 4) colours of facets or None, and the number of facets with other data.
 
-    Magics writes ``COLOR=`` in the header, and sets the highest bit of facets with the colour of the header. VisCAM sets the
+    Magics writes ``COLOR=`` in the header, and sets the highest bit of facets that have the header's colour. VisCAM sets the
     highest bit of coloured facets, and the others are white. MeshLab writes files like Magics, but the highest bit like VisCAM.
     """
     magics = b"COLOR=" in head

@@ -21,7 +21,7 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; compressed meshes take about a tenth
+#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; meshes unpack to about 10 times the size
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: errors of `zipfile` about an archive that is damaged, encrypted, or of an unknown kind
@@ -58,7 +58,7 @@ class _Object:
 
 @dataclass
 class _Model:
-    """A model file: objects, build items, resources by id (colours, texture coordinates, textures), counts of unread parts."""
+    """A model file: objects, build items, resources by id (colours, texture coordinates, textures), counts of unread contents."""
 
     objects: dict[str, _Object] = field(default_factory=dict)
     items: list[dict[str, str]] = field(default_factory=list)

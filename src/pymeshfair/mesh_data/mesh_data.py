@@ -69,7 +69,7 @@ class MeshData:
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. Files are written without a matrix.
         label: the name of the layer.
-        unit: the unit of the coordinates, if the file states one: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        unit: the unit of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.
         vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None: all vertices in the source's order.
         face_ids: (m,) the same for the triangles.
@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask, and the edges and faces between them; with an (m,) mask, only its faces."""
+        """Returns the vertices of an (n,) mask, and the edges and faces between them; an (m,) mask excludes more of the faces."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:

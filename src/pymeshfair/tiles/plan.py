@@ -206,7 +206,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """Returns how many rings of faces around a vertex Laplacian or Taubin steps read."""
+    """Returns how many rings of faces around each vertex a step reads, if it is explicit smoothing or one of Taubin's filters."""
     if step.filter == MESHLAB:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
