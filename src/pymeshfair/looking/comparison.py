@@ -173,7 +173,7 @@ class Comparison:
     normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # number of faces of the second mesh turned by over 90 degrees at more than half of their samples
-    sharp_edges_kept: float | None  # length share of the first's sharp edges that have one of the second's within a mean edge
+    sharp_edges_kept: float | None  # share by length: sharp edges of the first with a sharp edge of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
     attributes_kept: tuple[str, ...]  # attributes of both meshes
