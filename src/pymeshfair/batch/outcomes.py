@@ -43,7 +43,7 @@ class Outcome:
     output: str  # the file to write
     status: Status
     seconds: float  # of the work, without waiting
-    finished: str = ""  # the time in UTC
+    finished: str = ""  # the time in UTC; if only the provenance of the output is known, the time when the run started
     host: str = ""  # the machine that did the work
     digests: Mapping[str, str] = field(default_factory=dict)  # SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``
     before: Mapping[str, Any] | None = None  # measures of the input: fields of `SurfaceMeasures`; None if not measured

@@ -27,7 +27,7 @@ _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Writes a mesh without a transformation matrix; if `writing` is None, coordinates keep the type of the source file."""
+    """Writes a mesh whose matrix is None; if `writing` is None, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
         document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the rows' bytes in the source file, in a text with changed numbers replaced; None if rows must be written anew."""
+    """Returns the bytes of the rows in the source file; replaces changed numbers in a text file. None: write the rows anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

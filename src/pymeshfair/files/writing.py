@@ -34,7 +34,7 @@ _KINDS = (
 )
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
-_LOCK = "lock"  # the lock file in such a folder
+_LOCK = "lock"  # the name of the lock file in a staging folder, and in the folder of a run by tiles
 #: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
 _GRACE = 3600.0
 

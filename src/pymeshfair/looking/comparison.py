@@ -51,7 +51,7 @@ class MeshState:
     mesh: MeshData
     #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and these: number of ``border_loops``;
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
-    #: ``noise`` of `part_for_noise`, its standard deviation along normals, None for a cloud; ``sharp_edge_length`` (mesh units)
+    #: ``noise`` along normals on `part_for_noise`, a standard deviation, None for a cloud; ``sharp_edge_length`` (mesh units)
     measures: dict[str, Any]
     sharp: SharpEdges  # the sharp edges
 
@@ -116,13 +116,13 @@ class LengthIn:
     """A length in three units."""
 
     mesh_units: float  # in the unit of the coordinates
-    mean_edges: float | None  # in mean edges of the first mesh; None if it has no edges
+    mean_edges: float | None  # in units of `MeshState.mean_edge` of the first mesh or cloud; None if that is 0
     percent_of_diagonal: float | None  # of the first mesh's bounding box; None if the diagonal is 0
 
 
 @dataclass(frozen=True)
 class Moved:
-    """The displacement of vertices, if both meshes have the same vertices and faces."""
+    """The displacement of vertices, if both meshes have the same number of vertices and the same faces."""
 
     mean: LengthIn
     rms: LengthIn  # the root mean square
@@ -167,13 +167,13 @@ class Comparison:
     hausdorff_at_most: LengthIn  # an upper bound of the Hausdorff distance
     rounding: float  # the distance up to which points coincide, by the largest coordinate of both meshes
     same_surface: bool  # whether `hausdorff_at_most` is at most `rounding`
-    displacement: Moved | None  # None unless both meshes have the same number of vertices and the same faces
+    displacement: Moved | None  # None for clouds, and unless `same_elements`
     area_change: float | None  # in percent; None if the first has no area
     volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
     normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # number of faces of the second mesh turned by over 90 degrees at more than half of their samples
-    sharp_edges_kept: float | None  # share by length of the first mesh's sharp edges with one of the second within a mean edge
+    sharp_edges_kept: float | None  # share by length: sharp edges of the first with a sharp edge of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
     attributes_kept: tuple[str, ...]  # attributes of both meshes

@@ -154,9 +154,9 @@ def pack_scene(
 ) -> Scene:
     """Pack meshes for one camera; at least one mesh must have a vertex.
 
-    `limits` are the ends of the colour bar of each coloring for which a mesh has scalars; distances within a `tolerance` above 0
-    have one colour. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together share it,
-    and points outside are moved to its sides. By default it is the bounding cube of all meshes.
+    `limits` are the ends of the colour bar of each coloring for which a mesh has scalars. If the `tolerance` is not 0, distances
+    within it have one colour. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together
+    share it, and points outside are moved to its sides. By default it is the bounding cube of all meshes.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []

@@ -27,7 +27,7 @@ from .workers import Tasks
 Ranges: TypeAlias = list[tuple[int, int]]
 #: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that their index stays small
 CELL, MOST_CELLS = 512, 1 << 18
-#: yields (n, 3) coordinates and (n,) numbers, slice by slice; can be called more than once
+#: yields (n, 3) coordinates and (n,) numbers (indices in the input), slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
 
 #: sampled points for each bucket, and the most sampled points in total

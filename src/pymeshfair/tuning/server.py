@@ -315,7 +315,7 @@ class Conversation:
                 await self.stop({})
 
     async def end(self) -> None:
-        """Stops the current run, and tells the page that another one has replaced it."""
+        """Stops the current run, and tells this page that another page has replaced it."""
         self._replaced = True
         await self.stop({})
         await self._send("ended", message="Another page was opened for this scan; this page is no longer updated.")
