@@ -48,7 +48,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
     """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
     In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white on flat parts, orange on bulges, between limits that
-    enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
+    enclose 98 % of the vertices. Returns the limits of the colours, and the lowest, the highest and the mean value.
 
     Args:
         operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
@@ -64,7 +64,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
 
     Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose 98 %
     of the vertices. On borders the curvature is 0, and the deficit is the angle by which the border turns. Returns the
-    limits, the lowest, the highest and the mean value, and the sum.
+    limits of the colours; the lowest, the highest and the mean value; and the sum.
 
     Args:
         measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in radians.
@@ -83,7 +83,7 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
     The quality is the shortest edge divided by the circumradius, normalised. Colours go from dark violet at 0 to yellow at 1.
-    Returns the limits, the lowest, the highest and the mean value.
+    Returns these two limits, and the lowest, the highest and the mean value.
     """
     shapes = inspection.triangle_shapes(layer.vertices, layer.faces)
     limits = inspection.Limits(0.0, 1.0)

@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # Limit 1: a polynomial that passes on more noise than the point has extrapolates, so a simpler one replaces it.
+            # Limit 1: a polynomial extrapolates if it passes on more noise than the point has. A simpler one then replaces it.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

@@ -189,7 +189,7 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at their `initial_positions`. `by_means` starts them at means of neighbours:
+        fits the surface. Held-out vertices start at their `initial_positions`, with `by_means` always at means of neighbours:
         quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f).
         `labels` and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """

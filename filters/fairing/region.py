@@ -38,9 +38,9 @@ class FairedRegion:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
-        last_correction: the largest displacement of a vertex in the last refinement step, as a share of the region's diagonal: an
-            upper bound of the error of the solution.
-        refinements: the number of refinement steps.
+        last_correction: the largest displacement of a vertex in the last correction of the solution, as a share of the region's
+            diagonal: an upper bound of the error of the solution.
+        refinements: the number of corrections after the first solution.
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
@@ -312,7 +312,7 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
     if not mean > 0.0:
         return np.ones(len(mass))
     around = _largest_around(mass, faces)
-    # A one-ring without mass, as at triangles without area, gets the mean mass.
+    # Where the whole one-ring has no mass, as at triangles without area, the mean mass serves as the largest mass.
     around[around <= _NO_MASS * mean] = mean
     return np.asarray(np.maximum(mass, _LEAST_MASS * around))
 

@@ -74,8 +74,8 @@ def close_holes(
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
-    hole, a tube longer than three quarters of its width has two holes. With `selected`, rims that count as outer borders by their
-    area alone are closed too. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
+    hole, a tube longer than three quarters of its width has two holes. With `selected`, a selected rim that is only probably an
+    outer border is closed too. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -89,8 +89,8 @@ def close_holes(
         rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
         islands: "join": new faces connect islands of any size with the rim around. If an island cannot be joined, its hole
             stays open too. "leave": islands stay loose, and the new faces may intersect them.
-        selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that counts as an
-            outer border by its area alone is closed too. None for all holes.
+        selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that is only
+            probably an outer border, see `outer_borders`, is closed too. None for all holes.
         progress: called with the completed share; may raise to stop.
 
     Returns:
@@ -173,7 +173,7 @@ class Patches:
         is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]
         triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
-            # Diagonals may repeat edges of the mesh here: refinement splits them.
+            # Diagonals may repeat edges of the mesh here, since refinement splits these diagonals.
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
         if triangles is None:
             return False

@@ -39,7 +39,7 @@ class PointsDocument:
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
     counted: bool = False  # whether a line with the number of points precedes the points
-    top: float = 255.0  # the value of full intensity in the colour columns; 0 without such columns
+    top: float = 255.0  # the value of full intensity in the colour columns; 0 if the columns of the file hold no colours
 
 
 def read_points(path: Path, references: References) -> Reading:

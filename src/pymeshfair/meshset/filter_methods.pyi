@@ -3172,7 +3172,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Colours: blue on saddles, nearly white on developable parts, orange on domes and in bowls, between limits that enclose
         98 % of the vertices. On borders the curvature is 0, and the deficit is the angle by which the border turns. Returns the
-        limits, the lowest, the highest and the mean value, and the sum.
+        limits of the colours; the lowest, the highest and the mean value; and the sum.
 
         Args:
             measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in
@@ -3280,7 +3280,7 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
 
         In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white on flat parts, orange on bulges, between limits
-        that enclose 98 % of the vertices. Returns the limits, the lowest, the highest and the mean value.
+        that enclose 98 % of the vertices. Returns the limits of the colours, and the lowest, the highest and the mean value.
 
         Args:
             operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread
@@ -3379,7 +3379,7 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every face its shape quality: 1 for an equilateral triangle, near 0 for slivers, 0 without area.
 
         The quality is the shortest edge divided by the circumradius, normalised. Colours go from dark violet at 0 to yellow at
-        1. Returns the limits, the lowest, the highest and the mean value.
+        1. Returns these two limits, and the lowest, the highest and the mean value.
 
         Args:
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.

@@ -52,7 +52,7 @@ class Outcome:
 class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and the layers after a number of steps, for the `states` beginnings of scripts used last.
+    It keeps the measures of the mesh, and snapshots of the layers after steps: at most `states` snapshots, those used last.
     """
 
     def __init__(self, states: int = 8) -> None:
