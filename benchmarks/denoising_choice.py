@@ -89,7 +89,7 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
         "full": [],
         "clip": [(tuned, "CLIP", np.inf)],
         "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
-        "flipped": [(tuned, "FLIPPED", 1.0)],
+        "flipped": [(tuned, "FLIPPED", 0.0)],
         "masks": [(tuned, "MASKS", 1)],
         "direction": [(candidates, "direction_for", lambda _: "all")],
         "all directions": [(candidates, "direction_for", lambda _: "normal")],

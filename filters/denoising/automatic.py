@@ -88,7 +88,6 @@ def _independent(
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
-            evidence = calmed.few_flipped(tried, tried.labels, evidence)
             # 5. In doubt the mesh stays as it is.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label

@@ -77,8 +77,7 @@ def setting_of_shared(
     fields = [noise_field(scan, *parts) for parts in (_FIT if on_lines else _FIT_FUSED)]
     field = min(fields, key=lambda field: field.misfit).heights
     # Vertices near the border count, too, since many rounds of filtering move them.
-    choice = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field)
-    return choice if choice is None or on_lines else scan.few_flipped(tried, tried.labels, choice)
+    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, field)
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:

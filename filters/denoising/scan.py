@@ -22,7 +22,7 @@ from ..evidence import (
     tuned,
 )
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import edge_lengths, face_normals, mean_edge_length, roughness
+from ..geometry import cross_products, edge_lengths, mean_edge_length, roughness
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
 from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces
@@ -166,23 +166,6 @@ class Scan:
         removes_details = self.shows_surface and choice.chosen.error >= tuned.LARGER * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
-    def few_flipped(self, candidates: Candidates, labels: Sequence[Sequence[Label]], choice: Choice[Label]) -> Choice[Label]:
-        """Returns the choice changed to the filter with the least error among `Choice.rivals` that flip few faces.
-
-        The errors, measured along normals, hardly show flipped faces, although the normals of such faces are wrong.
-        """
-        near = {trial.label: trial for trial in choice.rivals}
-        means = self.normals[self.faces].sum(axis=1)
-
-        def flipped(_: int, result: Floats) -> float:
-            return float(np.mean(np.einsum("ij,ij->i", face_normals(result, self.faces), means) < 0.0))
-
-        wanted = [label in near for family in labels for label in family]
-        shares = measured(candidates(self.points, NONE_HELD), labels, flipped, kept=np.array(wanted))
-        most = max(tuned.FLIPPED, 2.0 * min(shares))
-        accepted = [trial for trial, share in zip(near.values(), shares, strict=True) if share <= most]
-        return replace(choice, chosen=min(accepted, key=lambda trial: trial.error))
-
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
@@ -190,16 +173,19 @@ class Scan:
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
         fits the surface. Held-out vertices start at their `initial_positions`, with `by_means` always at means of neighbours:
-        quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f).
-        `labels` and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
+        quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f), which
+        hardly shows flipped faces, although their normals are wrong: these count in addition, see `scores_of`. `labels` and
+        `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
             return None
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)
+        sums = self.normals[self.faces].sum(axis=1)
 
-        def deviations(mask: Ints, _: int, result: Floats) -> Floats:
-            return np.asarray(np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]))
+        def deviations(mask: Ints, _: int, result: Floats) -> tuple[Floats, float]:
+            flipped = np.einsum("ij,ij->i", cross_products(result, self.faces), sums) < 0.0
+            return np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]), float(flipped.mean())
 
         return cross_validate(
             self.points,

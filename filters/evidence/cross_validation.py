@@ -30,8 +30,8 @@ class Trial(Generic[Label]):
     """One candidate and its score."""
 
     label: Label  # names the candidate
-    error: float  # root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges
-    excess: float  # the mean square of these deviations minus that of the best candidate, in squared mean edges
+    error: float  # root mean square of its deviations at the held-out vertices, in mean edges, see `scores_of`
+    excess: float  # its mean square minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
 
@@ -67,18 +67,20 @@ class Scores(NamedTuple):
         return Choice(trials[self.best if chosen is None else chosen], trials)
 
 
-def scores_of(deviations: Floats, near: Ints | None = None) -> Scores:
+def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | float = 0.0) -> Scores:
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
     (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
-    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. The best candidate b has the least
+    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. With the share `flipped` of flipped
+    faces of each candidate, 0.3^2 times this share is added to its q. The best candidate b has the least
     mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
     scale = medians.min() if near is None else np.median(sizes[medians.argmin()][near], axis=1)
     squares = np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2
+    squares += tuned.FLIPPED**2 * np.reshape(flipped, (-1, 1))
     means = squares.mean(axis=1)
     best = int(means.argmin())
     differences = squares - squares[best]
@@ -107,7 +109,7 @@ def cross_validate(
     points: Floats,
     held: Sequence[Ints],
     run: Callable[[Ints], Runs],
-    deviations: Callable[[Ints, int, Floats], Floats],
+    deviations: Callable[[Ints, int, Floats], tuple[Floats, float]],
     labels: Sequence[Sequence[Label]],
     *,
     stays: float = tuned.STAYS,
@@ -120,10 +122,11 @@ def cross_validate(
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by
-    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
-    `progress` is called after every family and may raise to stop.
+    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges and the
+    share of flipped faces. `progress` is called after every family and may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
+    flipped = np.zeros(len(kept))
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     for number, mask in enumerate(held):
         sets.append(np.full((len(kept), len(mask)), np.inf))
@@ -131,22 +134,23 @@ def cross_validate(
         places = points[np.concatenate(held[: number + 1])]
         near = spatial.cKDTree(places).query(places, min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
         if number == 0:
-            kept = _race(run(mask), labels, deviate, sets[0], near, share)
+            kept = _race(run(mask), labels, deviate, sets[0], flipped, near, share)
         else:
-            sets[-1][kept] = measured(run(mask), labels, deviate, share, kept)
-        kept[kept] = scores_of(np.hstack(sets)[kept], near).within(stays)
+            sets[-1][kept] = [heights for heights, _ in measured(run(mask), labels, deviate, share, kept)]
+        kept[kept] = scores_of(np.hstack(sets)[kept], near, flipped[kept]).within(stays)
         decided = np.count_nonzero(kept) == 1
         kept[0] = True
         if decided:
             break
-    return scores_of(np.hstack(sets)[kept], near).choice([list(compress(chain.from_iterable(labels), kept))])
+    return scores_of(np.hstack(sets)[kept], near, flipped[kept]).choice([list(compress(chain.from_iterable(labels), kept))])
 
 
 def _race(
     runs: Runs,
     labels: Sequence[Sequence[Label]],
-    deviate: Callable[[int, Floats], Floats],
+    deviate: Callable[[int, Floats], tuple[Floats, float]],
     rows: Floats,
+    flipped: Floats,
     near: Ints,
     progress: Progress,
 ) -> Bools:
@@ -161,13 +165,13 @@ def _race(
 
         def advance(family: int, step: int = step) -> None:
             at = int(starts[family]) + step
-            rows[at] = deviate(at, next(runs[family]))
+            rows[at], flipped[at] = deviate(at, next(runs[family]))
 
         going = [k for k in going if step < len(labels[k])]
         in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
         latest = starts[going] + step
         reached[latest] = True
-        scores = scores_of(rows, near)
+        scores = scores_of(rows, near, flipped)
         errors, ties = scores.errors, scores.within(tuned.STAYS)
         going = [k for k, at in zip(going, latest, strict=True) if step == 0 or ties[at] or errors[at] < errors[at - 1]]
     return reached
