@@ -41,7 +41,7 @@ class UnstableStepError(FilterInputError):
 
 
 class ConvergenceError(PymeshfairError, RuntimeError):
-    """An iterative solver ended above its tolerance; the message gives the last residual."""
+    """A solver failed or ended above its tolerance; the message says by how much where this is known."""
 
 
 def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:

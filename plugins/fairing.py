@@ -53,7 +53,7 @@ def apply_coord_bilaplacian_smoothing(
         raise moving.no_amount("weight")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
-    if weight:  # convert to a length: the fourth power may overflow
+    if weight:  # converted to a length: the weight per mean edge^4 may overflow
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
@@ -224,7 +224,7 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
     if (chosen & ~region).any():
         notes.append(_staying(chosen, int((chosen & region).sum())))
     if lower:
-        notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
+        notes.append(f"{lower} of {len(filling.closed)} parts could not be placed with {energy!r}, only with a simpler energy.")
     return Edit(
         **additions(layer, filling.new_vertices, filling.new_faces),
         delete_vertices=np.concatenate([region, np.zeros(new_vertices, dtype=np.bool_)]),

@@ -62,7 +62,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
     check_positive("detail_size", detail_size)
     if not 1e-150 < detail_size < 1e150:
         raise FilterInputError(f"detail_size {detail_size:g} has a square out of the range of numbers: scale the mesh first")
-    check_whole_number("iterations", iterations, least=1, note=", if a detail size is to be halved by them")
+    check_whole_number("iterations", iterations, least=1, note="; together they halve waves of the detail size")
     excess = math.expm1(math.log(2.0) / iterations)
     if keep_dimensions:
         excess = 1.0 / share_with_dimensions(1.0 / (1.0 + excess)) - 1.0

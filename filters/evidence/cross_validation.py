@@ -37,7 +37,7 @@ class Trial(Generic[Label]):
 
 @dataclass(frozen=True)
 class Choice(Generic[Label]):
-    """The chosen candidate, and all candidates that were tried on all held-out vertices, in the order of their labels."""
+    """The chosen candidate, and all candidates that were not dropped before the end, in the order of their labels."""
 
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]

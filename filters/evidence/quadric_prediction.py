@@ -18,7 +18,7 @@ _WIDTH = 1.3
 # With fewer samples or a smaller relative pivot (samples on a conic), a plane of 3 coefficients replaces the quadric of 6.
 _LEAST_SAMPLES = 8
 _LEAST_PIVOT = 1e-4
-# The largest number of vertices used from two rings, which usually have one or a few dozen vertices.
+# The largest number of vertices used from two rings, which usually have a dozen to fifty vertices.
 _CAPACITY = 1024
 
 

@@ -201,7 +201,7 @@ def uniform_width(patch: Patch) -> float:
     """Returns the width, in edges, of the band along the rim that is as dense as the rim; infinite if this is the whole patch.
 
     Equilateral triangles with side h have one vertex per area h^2 sqrt(3) / 2. A band along k rim edges, u edges wide, has
-    2 k u / sqrt(3) vertices. The inside, where edges grow by g = `SLOPE` x distance, has at most 2 k / (g sqrt(3)) vertices. The
+    2 k u / sqrt(3) vertices. The inside, where edges grow by g = `SLOPE` per edge of distance, has at most 2 k / (g sqrt(3)). The
     result is the u for which band and inside together have `MOST_VERTICES`, but at least `_LEAST_WIDTH`.
     """
     vertex_area = np.sqrt(3.0) / 2.0  # of triangles with side 1

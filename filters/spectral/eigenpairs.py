@@ -211,7 +211,7 @@ def _by_slicing(
     vectors[places] = ordered
     modes = _CheckedModes(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # Residuals at tiny triangles have high frequencies, which hardly count in the energy norm: measure in this norm, too.
+        # Residuals at tiny triangles have high frequencies, which hardly count in the norm of the inverse: measure in it, too.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             columns = np.asfortranarray(modes.vectors[places, group])
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds only lower modes to each mode; the limit for their residuals is smaller.
+    # Gram-Schmidt by the Cholesky factor adds only lower modes to a mode; their residuals are smaller, as their limit is.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)

@@ -152,7 +152,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     stiffest = np.argsort(-ratio, kind="stable")
     # A bound on S_ii / M_i adds mass S_ii / bound - M_i at vertex i; bounds[k] adds `_ADDED` of all mass at the k + 1 stiffest.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises with k while the next vertex exceeds it. So with the highest bound, exactly the vertices above it get mass.
+    # bounds[k] rises with k while the next ratio is above it. So the sums of the highest bound have all vertices above it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -160,7 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Returns the number of steps that resolves thirds of octaves above kappa: nodes are sqrt(highest) pi / (2 steps) apart."""
+    """Returns the steps that resolve thirds of octaves above kappa: frequencies lie sqrt(highest) pi / (2 steps) apart."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))

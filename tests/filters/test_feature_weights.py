@@ -105,7 +105,7 @@ def test_meshes_without_faces_have_weights_of_one() -> None:
 def test_wrong_arguments_are_named() -> None:
     """The message says which argument is wrong and what came."""
     vertices, faces = grid(3, 3)
-    with pytest.raises(FilterInputError, match="feature_angle 0 is not"):
+    with pytest.raises(FilterInputError, match="feature_angle is 0: it must be"):
         feature_weights(vertices, faces, feature_angle=0)
     with pytest.raises(FilterInputError, match="half is 0: it must be"):
         scalar_feature_weights([1.0], half=0)

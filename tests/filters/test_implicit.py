@@ -637,7 +637,7 @@ def test_parameters_that_are_refused(options: dict[str, object], message: str) -
 @pytest.mark.parametrize(("size", "iterations"), [(0.0, 1), (-1.0, 1), (math.nan, 1), (math.inf, 1), (1.0, 0)])
 def test_detail_sizes_that_are_refused(size: float, iterations: int) -> None:
     """A detail size is a positive length, for at least one step."""
-    with pytest.raises(FilterInputError, match=r"detail_size|detail size is to be halved"):
+    with pytest.raises(FilterInputError, match=r"detail_size|together they halve waves of the detail size"):
         time_step_of_detail_size(size, iterations)
 
 

@@ -148,7 +148,7 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
     if edit.delete_vertices is not None and (lost := edit.delete_vertices[edges].any(axis=1)).any():
         raise MeshError(
             f"the {int(lost.sum())} edges of {label!r} that end in vertices to be deleted would lose an end; "
-            "select the vertices and build the polyline anew from the other vertices"
+            "select these vertices instead, and build a new polyline from the vertices that are not selected"
         )
 
 

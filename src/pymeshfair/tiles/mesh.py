@@ -1,7 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
 `Cells` has the vertices; the slot of a vertex is its row in the files. Other files have the faces at the vertices of each cell,
-with slots as corners. A tile (some cells) keeps the order of the mesh. A filter round ends on all tiles before the next starts.
+with slots as corners. A tile is some cells; its vertices and faces keep the order of the file. A filter round ends on all tiles
+before the next starts.
 """
 
 import contextlib
@@ -217,7 +218,7 @@ class MeshTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the final coordinates; the rows of a tile are its slots."""
+        """Returns the file of final coordinates; a tile writes to the rows of its slots."""
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
