@@ -344,7 +344,7 @@ def test_additions_that_do_not_fit_are_refused(edit: dict[str, Any], message: st
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
-        (pymeshlab.Mesh(np.eye(3)), "which has no faces; .* others need a new layer"),
+        (pymeshlab.Mesh(np.eye(3)), "which has no faces; .* return them as a new layer"),
         (pymeshlab.Mesh(np.eye(4, 3), np.array([[0, 1, 2], [1, 1, 2]])), "1 faces of '' have the same vertex twice, .* face 1"),
         (
             pymeshlab.Mesh(vertex_matrix=np.eye(4, 3), face_matrix=np.array([[0, 1, 2]]), edge_matrix=np.array([[0, 3], [3, 0]])),

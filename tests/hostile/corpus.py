@@ -123,7 +123,7 @@ def gltfs() -> Iterator[Case]:
     yield Case("long_view.glb", glb({}, view={"byteLength": 10**9}), "buffer view 0 ends")
     yield Case("negative_offset.glb", glb({}, view={"byteOffset": -4}), "offset of buffer view 0 is '-4'")
     yield Case("unknown_type.glb", glb({"type": "VEC9"}), "a type that glTF does not allow")
-    yield Case("index_out_of_range.glb", glb({"count": 2}, indices=True), "names a vertex that is not among its 2")
+    yield Case("index_out_of_range.glb", glb({"count": 2}, indices=True), "names a vertex that is not among the 2 of the mesh")
     yield Case(
         "loop.gltf",
         json.dumps({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"children": [0]}]}).encode(),

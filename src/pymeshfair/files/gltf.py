@@ -192,7 +192,7 @@ class _Reader:
                 raise ContentsError(f"its accessor {p['indices']} of corners has a type that glTF does not allow")
             corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
             if corners.max() >= count:
-                raise ContentsError(f"its accessor {p['indices']} names a vertex that is not among its {count:,}")
+                raise ContentsError(f"its accessor {p['indices']} names a vertex that is not among the {count:,} of the mesh")
         width = {1: 2, 4: 3}.get(mode, 1)
         if len(corners) % width:
             raise ContentsError(f"a primitive of its mesh {k} has {len(corners):,} corners, which is no multiple of {width}")

@@ -41,7 +41,7 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
     if adds(edit) and not len(layer.faces):
         raise MeshError(
             f"gave back elements to add to {layer.label!r}, which has no faces; MeshLab adds only to meshes that have faces; "
-            "others need a new layer"
+            "return them as a new layer"
         )
     for name in (*_NUMBERS, *_FLAGS):
         value = getattr(edit, name)

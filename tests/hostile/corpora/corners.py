@@ -151,7 +151,11 @@ ROWS = (
     ("sparse_in_order.gltf", _sparse(), (3, 1)),
     ("sparse_without_view.gltf", _without_view(), (3, 1)),
     ("sparse_of_words.gltf", _sparse(count="2", indices=None, values=[]), "the count of sparse values of accessor 0 is '2'"),
-    ("restart.gltf", doc(buffers__0__uri=_uri(P + struct.pack("<4H", 0, 1, 65535, 0))), "names a vertex that is not among its 3"),
+    (
+        "restart.gltf",
+        doc(buffers__0__uri=_uri(P + struct.pack("<4H", 0, 1, 65535, 0))),
+        "names a vertex that is not among the 3 of the mesh",
+    ),
     (
         "perspective.gltf",
         doc(nodes__0__matrix=[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
