@@ -24,8 +24,8 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales for `noise_field`: to detect shared noise; and to fit it in a depth map, whose noise has one of three widths.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-# The same for fused maps, whose noise is correlated over five edges or more; and the quantile that measures it, one third: the
-# calmest faces were seen at a slant and have less noise than the others.
+# The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
+# the calmest parts of the mesh were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}

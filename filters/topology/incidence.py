@@ -16,7 +16,7 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
-#: "fixed": border vertices stay. "along": border vertices have only neighbours on the border, which is smoothed as a curve.
+#: "fixed": border vertices stay. "along": only their neighbours along border edges count: they are smoothed as a curve.
 #: "free": border vertices are treated like all others, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
@@ -75,7 +75,7 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """(n + 1,) offsets, and for each edge of each face a key (higher vertex) * 2^32 + face, ascending at each lower vertex."""
+    """(n + 1,) offsets, and keys: those of vertex i are j * 2^32 + f for each face f with an edge (i, j), j > i, ascending."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 

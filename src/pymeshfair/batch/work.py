@@ -68,7 +68,7 @@ class Station:
         self.pool.close()
 
     def check(self) -> str | None:
-        """Checks the workers: returns a message for the user, or None; raises `LostSchedulerError` if the scheduler is lost."""
+        """Returns None. For a scheduler, `DaskWorkers.check` may return a message for the user or raise `LostSchedulerError`."""
         return None
 
     def do(self, kind: Kind, scan: Scan) -> Any:
