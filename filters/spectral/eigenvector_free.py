@@ -259,7 +259,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
 
 
-#: Samples of a function: their least number; and the least product of their number and its `width`, see `chebyshev_series`.
+#: Samples of a function: their least number; and the least product of their number and the `width` for `chebyshev_series`.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
 #: Coefficients below this share of the largest coefficient are rounding errors.
 _NOTHING = 1e-15
