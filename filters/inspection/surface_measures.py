@@ -20,8 +20,8 @@ class SurfaceMeasures:
     """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
 
     A measure is None if it is not defined, such as the volume of a mesh with a border. A face that names a vertex twice counts
-    only in `faces` and `degenerate_faces`. Edges of polylines are measured in meshes without faces; in other meshes they only
-    count as references to their vertices.
+    only in `faces`, `degenerate_faces` and, as 0, in `triangle_quality`. Edges of polylines are measured in meshes without faces;
+    in other meshes they only count as references to their vertices.
     """
 
     vertices: int  # number of all vertices

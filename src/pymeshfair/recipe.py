@@ -38,7 +38,7 @@ class RecipeInfo:
     tune: str = ""  # ``Tune:``, the settings to change if the result is not right
     task: str = ""  # ``Task:``, one of `TASKS` for shipped recipes
     fits: str = ""  # ``Fits:``, the scans that the recipe is for, as conditions for `pymeshfair.scripts.guards.parse_fits`
-    judged: str = ""  # ``Judged:``, the measure by which it is the best choice for these scans
+    judged: str = ""  # ``Judged:``, the measure by which recipes for these scans were compared, and a better recipe, if any
     superseded: str = ""  # ``Superseded:``, the better choice; only old recipes, which stay loadable, have it
 
     @property
