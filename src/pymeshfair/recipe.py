@@ -115,7 +115,7 @@ class RecipeHead:
 
 
 def shipped_heads() -> list[RecipeHead]:
-    """Returns the heads of all shipped recipes without loading plugins or compiled code."""
+    """Returns the heads of the shipped recipes that are not superseded, without loading plugins or compiled code."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
     return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 
