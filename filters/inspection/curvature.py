@@ -146,8 +146,8 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
 
     The lamps are infinitely far, parallel to `direction`, and evenly spread round it. The eye is infinitely far in the direction
     v = `view`. At a normal n it sees light from r = 2 (n . v) n - v; the angle of r about `direction` decides whether r hits a
-    lamp or the dark between two lamps. A sharp bend of a stripe shows a jump of the normals, which shading hardly shows; smooth
-    stripes with uneven gaps show a change of curvature.
+    lamp or the dark between two lamps. A break in a stripe shows a jump of the normals. A sharp bend shows a jump of the
+    curvature, which shading hardly shows; smooth stripes with uneven gaps show a gradual change of it.
 
     Args:
         normals: (n, 3) unit normals; 0 gives 0.5.

@@ -20,8 +20,8 @@ class SurfaceMeasures:
     """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
 
     A measure is None if it is not defined, such as the volume of a mesh with a border. A face that names a vertex twice counts
-    only in `faces` and `degenerate_faces`. Edges of polylines are measured in meshes without faces; in other meshes they only
-    count as references to their vertices.
+    only in `faces`, `degenerate_faces` and, as 0, in `triangle_quality`. Edges of polylines are measured in meshes without faces;
+    in other meshes they only count as references to their vertices.
     """
 
     vertices: int  # number of all vertices
@@ -60,7 +60,7 @@ class Connectivity:
     neighbours: Ints  # (q, 2) the two `proper` faces of each edge with exactly two faces
     oriented: bool  # whether the two faces of every such edge are coherently oriented
     used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
-    unreferenced: int  # number of vertices in no face and no edge
+    unreferenced: int  # number of vertices in no proper face and no edge
     border: int  # number of edges with exactly one face
     non_manifold_edges: int  # number of edges with more than two faces
     non_manifold_vertices: int  # number of vertices of non-manifold edges, or whose faces form several fans

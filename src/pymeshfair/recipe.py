@@ -38,7 +38,7 @@ class RecipeInfo:
     tune: str = ""  # ``Tune:``, the settings to change if the result is not right
     task: str = ""  # ``Task:``, one of `TASKS` for shipped recipes
     fits: str = ""  # ``Fits:``, the scans that the recipe is for, as conditions for `pymeshfair.scripts.guards.parse_fits`
-    judged: str = ""  # ``Judged:``, the measure by which it is the best choice for these scans
+    judged: str = ""  # ``Judged:``, the measure by which recipes for these scans were compared, and a better recipe, if any
     superseded: str = ""  # ``Superseded:``, the better choice; only old recipes, which stay loadable, have it
 
     @property
@@ -115,7 +115,7 @@ class RecipeHead:
 
 
 def shipped_heads() -> list[RecipeHead]:
-    """Returns the heads of all shipped recipes without loading plugins or compiled code."""
+    """Returns the heads of the shipped recipes that are not superseded, without loading plugins or compiled code."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
     return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 

@@ -1,6 +1,6 @@
 """The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
 
-A length is a number of mesh units, or relative to the mesh (percent, mean edges), or has a unit, such as 0.05mm.
+A length is a number of mesh units, or relative to the mesh (percent, mean edges); a limit of a result may have a unit (0.05mm).
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class Parameter:
     name: str = ""  # the name in Python, and in .mlx scripts unless `xml_name` is set
     label: str = ""  # the words before the input field in a dialog; by default made from the name
     help: str = ""  # the tooltip: the meaning, the unit, and the effect of larger values
-    default: Any = None  # None in a built-in filter whose default depends on the mesh
+    default: Any = None  # None in a filter of MeshLab's whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
     #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if the parameter cannot be

@@ -322,7 +322,7 @@ def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolu
 
 
 def _choose_scale(header: Any, least: Floats, most: Floats, resolution: float, notes: list[str]) -> None:
-    """Sets the header's scale: the largest power of ten with rounding errors up to `resolution`, or the finest if that is 0."""
+    """Sets the scale, a power of ten: the largest with errors up to `resolution`; for the resolution 0 the finest in 32 bits."""
     extent = float((most - np.floor(least)).max())
     finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
     step = 10.0 ** np.floor(np.log10(2 * resolution)) if resolution > 0 else finest

@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the largest number of points of surrounding cells in memory: `_AROUND` times the points of a tile, at least `_LEAST_AROUND`
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: number of points compared with surrounding cells at once, and total length of their lists of cells: both per point of a tile
+#: number of points compared with surrounding cells at once, and total length of their cell lists: per point of the largest tile
 _SEARCHING, _LISTED = 0.125, 8
 #: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -160,7 +160,7 @@ class PointTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the results; the rows of a tile are its slots."""
+        """Returns the results; a tile has the rows from its first slot to its last, and its points are sorted by number there."""
         return Results(Column(self.cells.folder / "results", *self.result))
 
     @property
