@@ -511,7 +511,7 @@ def _patched_text(
 
 def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
     """Returns the new normals of the ``vn`` lines; None if a line would need several normals."""
-    if of_corners is None or document.corner_normals is None:  # a cloud
+    if of_corners is None or document.corner_normals is None:  # a cloud, or no corner has a normal
         return normals if len(normals) == len(document.normals) else document.normals
     if normals is document.normals:
         return normals
