@@ -36,7 +36,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are equal: steps, values, settings, tags, comment and limits.
+    Two recipes are equal if their scripts are equal: steps, values, settings, tags, comment, limits and unit.
     """
 
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
@@ -152,7 +152,7 @@ def run(
         settings: values that override settings of the recipe, by name.
         set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line.
         others: mesh files for the layers 1, 2 ... that the recipe names.
-        overwrite: replace any existing `output`; otherwise only the output of an earlier run from the same input.
+        overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
         unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.

@@ -5,6 +5,6 @@ import gc
 
 
 def collect_seldom() -> None:
-    """Collects garbage rarely, and not at exit, as each of the two kinds of collection took a tenth of a command's start time."""
+    """Collects garbage rarely, not at exit: collections during work and at exit each took a tenth of a command's start time."""
     gc.set_threshold(50_000, 20, 50)
     atexit.register(gc.freeze)

@@ -207,7 +207,7 @@ def read_obj(path: Path, references: References) -> Reading:
         attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
         of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
-        # If a file has one texture and uses no material, all faces have the texture.
+        # If a file has one texture and uses no material, all faces with texture coordinates have the texture.
         of_use.append(0 if not names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     vertex_normals, corner_normals = _normals(len(vertices), normals, indices, notes)
@@ -511,7 +511,7 @@ def _patched_text(
 
 def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
     """Returns the new normals of the ``vn`` lines; None if a line would need several normals."""
-    if of_corners is None or document.corner_normals is None:  # a cloud
+    if of_corners is None or document.corner_normals is None:  # a cloud, or no corner has a normal
         return normals if len(normals) == len(document.normals) else document.normals
     if normals is document.normals:
         return normals

@@ -33,7 +33,7 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which gives the same estimate
+#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes it
 MOST_OF_NOISE = 100_000
 #: number of cells along the longest side of the bounding box, in the grid that divides a large mesh
 _CELLS = 8

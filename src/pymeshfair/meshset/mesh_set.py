@@ -193,7 +193,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def to_trimesh(self) -> Any:
-        """Returns the current mesh as a `trimesh.Trimesh` (without faces a `Path3D` or a `PointCloud`) with colours and values.
+        """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
         A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
         """
@@ -204,7 +204,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._exported(exchange.to_open3d)
 
     def to_pyvista(self) -> Any:
-        """Returns the current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values."""
+        """Returns the current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and other attributes."""
         return self._exported(exchange.to_pyvista)
 
     def _exported(self, make: Callable[[exchange.Arrays], Any]) -> Any:

@@ -28,7 +28,7 @@ from ..mesh_data import MeshData
 MOST_FACES = 120_000
 #: the largest number of points of a cloud in a browser
 MOST_POINTS = 200_000
-#: the grid leaves this many times the final number of faces for the decimation
+#: a mesh with far more faces is first thinned on a grid, to about this many times the number of faces after decimation
 _THINNED = 2
 
 

@@ -163,11 +163,11 @@ class ShapeChange:
     added: Part  # elements of the result that the input did not have
     removed: Part  # elements of the input that the result does not have
     turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
-    folded: Folded | None  # the faces that were folded over; None if there are no more of them than before
+    folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if elements were added or removed
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
-    #: sample is measured. None if no vertex moved, or if the noise hides all relief
+    #: sample is measured. None if no vertex moved, or if the noise hides all relief or has impulses
     relief_lost: float | None = None
-    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none
+    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none or all
     sharp_kept: float | None = None  # the share of the sharp edges' length that is still sharp; None without sharp edges
 
 

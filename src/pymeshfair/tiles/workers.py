@@ -89,7 +89,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the bytes of its journal's complete records (0: not used), and why it was rejected."""
+    """Returns the results of a former run, the size in bytes of its journal's complete records (0 if unused), and why unused."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:

@@ -84,7 +84,7 @@ class _Before:
             restore("texture coordinates", self._put_back_wedges)
         if not lost and self._uv is not None:
             restore("texture coordinates of vertices", write_vertex_uv, self._uv)
-        # Coordinates change normals, so normals come later. Helper attributes may change selections, so selections are last.
+        # Coordinates change normals, so normals come later. Helper attributes (`bring_in`) may change selections: these are last.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
@@ -210,7 +210,7 @@ def _as_data(mesh: Any) -> MeshData:
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns the (m,) mask of the faces with the most frequent texture at the added faces, see `texture_donors`."""
+    """Returns (m,) which faces have the texture that meets the most vertices of the added faces, see `texture_donors`."""
     if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
         return texture_donors(before, added_faces)
     texture_indices = np.full(len(before.faces), -1, np.int32)
@@ -341,5 +341,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raises `MeshError` unless the mesh has exactly this array of `Layer`."""
+    """Raises `MeshError` unless the array `name` of the mesh, named as in `Layer`, is exactly `wanted`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")
