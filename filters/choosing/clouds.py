@@ -78,7 +78,7 @@ def chosen_projection(
     Returns:
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
         the cloud is clean or hardly any point can be held out. The choice does not depend on the number of threads, or on the
-        position, direction, scale and order of the points.
+        position, orientation, scale and order of the points.
 
     Raises:
         FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -127,7 +127,7 @@ def chosen_projection(
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
     """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None if the cloud is clean or too small.
 
-    The points are reduced to a random quarter k times, while noise above half a spacing correlates between neighbours.
+    The points are reduced to a random quarter, k times, until noise is below half a spacing or residuals hardly correlate.
     """
     kept, reduction = np.arange(len(cloud), dtype=np.int32), 1
     while reduction == 1 or len(kept) >= _ENOUGH:

@@ -131,7 +131,7 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
     """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals nearby.
 
-    In this third no sharp features hide weak noise; pure noise gives 0.07. Both numbers are 0 without inner vertices.
+    In this third no sharp features hide weak noise. Pure noise gives about 0 and 0.07. Without inner vertices both numbers are 0.
     """
     residuals = _residuals(vertices, faces)
     if residuals is None:
@@ -176,8 +176,8 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
     The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Where the surface is
-    calm, without details and edges, only noise is left. Exact planes count only if they are at least half of
-    the mesh. For evenly strong noise the level is a fifth to a third below its standard deviation; 0 without scored vertices.
+    calm, without details and edges, only noise is left. Exact planes count only if at least half of the scored vertices lie
+    on them. For evenly strong noise the level is a fifth to a third below its standard deviation; 0 without scored vertices.
     The (n, 3) points have a mean edge of 1, triangles or edges are unique, the (n, 3) unit normals are those of a smoothed copy.
     """
     indices = np.flatnonzero(scored).astype(np.int32)

@@ -173,9 +173,9 @@ class Scan:
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
         fits the surface. Held-out vertices start at their `initial_positions`, with `by_means` always at means of neighbours:
-        quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by n . (y - f), which
-        hardly shows flipped faces, although their normals are wrong: these count in addition, see `scores_of`. `labels` and
-        `stays` are those of `cross_validate`. The choice is the same for any number of threads.
+        positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
+        n . (y - f). This hardly shows flipped faces, so the share of flipped faces counts in addition, see `scores_of`. `labels`
+        and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:

@@ -116,10 +116,10 @@ def one_is_inside_out(first: Floats, second: Floats) -> bool | None:
     """Returns True if turning one part over would at least halve the bending of the neck, False if at least double it, else None.
 
     The rims, (a, 3) and (b, 3), have the direction of the faces that would close them. Then the area vector of a rim points out
-    of a correct part, and into a part that is inside out. A neck leaves one rim along its area vector s, and enters the
-    other rim along t, against the area vector of that rim. The axis of the neck is modelled as the cubic between the centres of
-    the rims with the unit tangents s and t, at a scale where the chord d has length 1. Its bending is a fourth of the integral of
-    its squared second derivative: |s - d|^2 + (s - d) . (t - d) + |t - d|^2. None also if a rim has no area.
+    of a correct part, and into a part that is inside out. A neck leaves one rim along its area vector s, and enters the other rim
+    along t, against the area vector of that rim. The axis of the neck is modelled as the cubic between the centres of the rims
+    with the unit tangents s and t, at a scale where the chord d has length 1. Its bending is a fourth of the integral of its
+    squared second derivative: |s - d|^2 + (s - d) . (t - d) + |t - d|^2. For near rims s . t decides. None if a rim has no area.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))

@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes. The mesh must be in a mesh set: attributes added earlier would refer to freed memory."""
+    """Adds values as custom attributes to a mesh in a mesh set; those added before it is in one would refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():

@@ -37,7 +37,7 @@ from ..scripts.script import Script
 
 #: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the side of the box for coordinates, relative to the longest side of the scan: above 1, because results may be larger
+#: the side of the cube for coordinates (see `pack_scene`), relative to the longest side of the scan; results may be larger
 _ROOM = 1.5
 #: if a file with this name appears in the folder of a run, the run stops
 STOP = "stop"
@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns a part with about `count` vertices: those nearest to the foremost vertex in the middle of the first view."""
+    """Returns a part with about `count` vertices: those nearest to the vertex with the largest z near the median x and y."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
