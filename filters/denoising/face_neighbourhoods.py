@@ -129,7 +129,7 @@ class Adjacency:
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
-        """Returns the neighbourhoods of any kind at (n, 3) points; `radius` is in mean centre distances of edge neighbours."""
+        """Returns neighbourhoods of any kind for vertices `points`; `radius` is in mean centre distances of edge neighbours."""
         if kind in RINGS_OF_NEIGHBORHOOD:
             return self.around(kind)
         table = measure_faces(points, self.faces)

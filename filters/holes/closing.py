@@ -189,7 +189,7 @@ class Patches:
         if refine:
             refining = part_of(progress, _PATCH_TRIANGULATION, 1.0)
             patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
-            # Flips must not join two shared vertices here, since the patch of another hole may join them later.
+            # Flips in later rounds must not join two shared vertices: the patch of another hole may have joined them by then.
             forbidden = forbidden._replace(apart=self._shared[rim_vertices])
         faces = np.column_stack([outline.vertices, np.roll(outline.vertices, -1), outline.opposite])[outline.opposite >= 0]
         sides, normals = np.searchsorted(rim_vertices, faces[:, :2]), -cross_products(self._points, faces)

@@ -430,7 +430,7 @@ def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tup
                     if share > strongest:
                         strongest = share
                         joined[i] = aggregate[j]
-    # 3. The remaining unknowns have no strong neighbour in an aggregate: they form new aggregates with their strong neighbours.
+    # 3. An unknown that is left forms an aggregate with its strong neighbours that are left, if there are any.
     for i in range(n):
         if joined[i] < 0:
             used = False

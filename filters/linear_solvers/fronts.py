@@ -19,7 +19,7 @@ from .nested_dissection import PARTS, dissected
 _BLOCK, _TOGETHER = 8, 4
 #: Number of columns of a panel, which is eliminated before later columns are updated; and of a strip, the unit of these updates.
 _PANEL, _STRIP = 64, 32
-#: A row of a front, the dense matrix of a group, takes as much work as this many vertices, the unit of `SERIAL_BELOW`.
+#: A row of a front (a front is the dense matrix of a group) counts as this many vertices in comparisons with `SERIAL_BELOW`.
 _WORK = 64
 
 
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L (by groups, each column from the diagonal on, with D on it) and (n,) D; no entry may lie off the pattern."""
+        """Returns L (by groups, columns from the diagonal on, which has D) and (n,) D; `matrix` must fit the planned pattern."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]

@@ -216,7 +216,7 @@ def joined(data: bytes) -> bytes:
     """Replaces a byte order mark, and each backslash with the line end after it, by blanks of the same length."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
-    if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment ends with its line: `# from C:\scans\`
+    if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # the backslash at the end of `# from C:\scans\` joins no lines
         data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", _blank, data)
     return re.sub(rb"\\\r?\n", _blank, data) if b"\\" in data else data
 

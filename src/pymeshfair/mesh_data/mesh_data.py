@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask, and the edges and faces between them; an (m,) mask excludes more of the faces."""
+        """Returns the vertices of an (n,) mask, and the edges and faces between them; with an (m,) mask, only its faces."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -133,7 +133,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Returns the mesh with its matrix applied to coordinates and normals."""
+        """Returns the mesh with its matrix applied to coordinates and vertex normals; a matrix removes stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
@@ -151,7 +151,7 @@ class MeshData:
 
     @cached_property
     def face_normals(self) -> Floats:
-        """(m, 3) unit normals; 0 for a face without area."""
+        """(m, 3) the attribute ``normals``, else unit normals computed from the faces; 0 for a face without area."""
         if (normals := self.face_attributes.get("normals")) is not None:
             return normals
         from ..filters.geometry import face_normals

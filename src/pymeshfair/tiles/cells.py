@@ -108,7 +108,7 @@ class Part:
 
 
 class Stored:
-    """Descriptor of a column: its file is in the folder of the cells, under the name of the attribute."""
+    """Descriptor of a column: its file is in the folder of the object or of its `cells`, under the name of the attribute."""
 
     def __init__(self, dtype: str, width: int = 1) -> None:
         self._kind = dtype, width

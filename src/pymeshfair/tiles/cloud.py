@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points that coincide with an earlier point; takes (first row, bucket) of each bucket that may hold such points."""
+    """Marks points that coincide with an earlier point; takes (first row in `results`, bucket) of each bucket in one file."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -111,7 +111,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, they hold the cells of the points."""
+        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, they hold cells, not coordinates."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):
