@@ -25,7 +25,7 @@ CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
     "and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at once."
 )
-SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `SPACE_KERNELS` begins with 'constant'
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' is first here, last in `SpaceKernel`
 ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More steps smooth more, take longer, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 

@@ -104,7 +104,7 @@ def compare_smoothers(
 ) -> Choice[Smoothing] | None:
     """Compares doing nothing, the `SMOOTHERS` and the setting of `automatic_choice` by their prediction of held-out vertices.
 
-    Arguments and errors are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
+    Arguments and exceptions are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
         The choice, with errors and standard errors of no smoothing and of each family with its best amount; see `Scan.choose`.

@@ -177,7 +177,7 @@ def _folded(adjacency: Adjacency, table: Floats) -> Bools:
 
 
 class NormalPasses:
-    """Filters face normals in the order of `adjacency`; for a part, `distance` is `mean_centre_distance` of the whole mesh."""
+    """Filters face normals in the order of `adjacency`; for part of a mesh, `distance` is `mean_centre_distance` of the whole."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
         self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
@@ -222,9 +222,9 @@ class NormalPasses:
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
     """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch that contains it.
 
-    The patch of a face is the face with its neighbours in `patches` ("vertex"). A patch is uniform if H = D R is small. D is the
-    largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge, divided by their sum
-    over all inner edges: near 1 if one edge has the whole bend, small if many edges share it.
+    The patch of a face is the face and those that `patches` lists: all that share a vertex with it. A patch is uniform if H = D R
+    is small. D is the largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge,
+    divided by their sum over all inner edges: near 1 if one edge has the whole bend, small if many edges share it.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):

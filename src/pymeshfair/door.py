@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-Attributes that MeshLab cannot hold stay outside, and return to the elements that still exist: a custom attribute keeps the
-number of every vertex and face through the filters. A filter that makes a new mesh loses the numbers.
+Attributes that MeshLab cannot hold stay outside MeshLab, and return to the elements that still exist. To find these elements,
+MeshLab holds the number of every vertex and face in a custom attribute. A filter that makes a new mesh loses the numbers.
 """
 
 import re
@@ -68,7 +68,7 @@ class Door:
             BASE.set_current_mesh(self._meshset, self._ids[current])
 
     def load(self, path: Path) -> tuple[MeshData, int]:
-        """Lets MeshLab read a file; returns its current mesh and the number of meshes in the file."""
+        """Lets MeshLab read a file; returns the mesh that is current in MeshLab then, and the number of meshes in the file."""
         options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
         BASE.load_new_mesh(self._meshset, str(path), **options)
         return self._read(BASE.current_mesh(self._meshset), None), BASE.mesh_number(self._meshset)

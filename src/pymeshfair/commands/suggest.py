@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, corrected by what `FILTER` found: the kind of noise, and its amount, which is measured near 0 for impulses."""
+    """The traits, corrected by what `FILTER` found: the kind of noise, and its amount (for impulses the traits say almost 0)."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])

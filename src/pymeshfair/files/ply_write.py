@@ -243,7 +243,7 @@ def _new_property(name: str, column: Column) -> PlyProperty:
 
 
 def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
-    """Returns the property with types that hold its values; an index of a corner may exceed a small type."""
+    """Returns the property with types that hold its values; a vertex number of a corner may exceed a small type."""
     if not isinstance(column, Lists):
         return p
     if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of the rows in the source file; replaces changed numbers in a text file. None: write the rows anew."""
+    """Returns the bytes of the rows in the source file, in a text with the new numbers; None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

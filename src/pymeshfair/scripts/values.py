@@ -124,7 +124,7 @@ def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Co
 
 
 class _RefusedError(Exception):
-    """The value cannot be read; its arguments are the complaint."""
+    """The value cannot be read; the arguments of this exception are the complaint."""
 
 
 def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:

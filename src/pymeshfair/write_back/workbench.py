@@ -36,7 +36,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
     try:
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
-        # Elements deleted through other bindings keep their places in arrays; MeshLab itself removes such gaps after each filter.
+        # Deleted elements leave gaps in arrays. MeshLab closes the gaps after each of its filters, not after other deletions.
         mesh.compact()
         return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
 
