@@ -116,10 +116,10 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 ) -> Edit:
     """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
 
-    The spacing of the cloud is the median, over its points, of the mean distance to the six nearest neighbours; in sparse parts
-    it is two thirds of this median over the points nearby. The selection of vertices is replaced. Notes report three shares: of
-    the area with selected vertices, of the other area farther from the points than half the limit (spacings), and of the points
-    without unselected surface within the limit. Returns the number of selected vertices.
+    The spacing is the median, over all points of the cloud, of the mean distance to the six nearest neighbours. In sparse parts
+    it is two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share of the
+    area that is selected, the share of the area that is not selected and farther from the points than half the limit, and the
+    share of the points that are farther than the limit from the surface that stays. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

@@ -87,8 +87,8 @@ def close_holes(
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
             nothing to fair.
         rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
-        islands: "join": new faces connect islands of any size with the rim around. If an island cannot be joined, its hole
-            stays open too. "leave": islands stay loose, and the new faces may intersect them.
+        islands: "join": new faces connect islands with the rim around. If an island cannot be joined, its hole stays open
+            too. "leave": islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that is only
             probably an outer border, see `outer_borders`, is closed too. None for all holes.
         progress: called with the completed share; may raise to stop.

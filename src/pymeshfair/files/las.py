@@ -183,7 +183,7 @@ def write_las_pieces(
     document: LasDocument | None = None,
     writing: Writing | None = None,
 ) -> tuple[str, ...]:
-    """Writes a cloud in pieces with equal attributes, at least one; `pieces` is called twice: to measure, and to write.
+    """Writes a cloud in one or more pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
     Coordinates keep the scale factors of the document if these suffice. Without `writing` the scale factor is the finest power
     of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.

@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of the rows in the source file, in a text with the new numbers; None if rows must be written anew."""
+    """Returns the rows as bytes of the source file, a text file's with new numbers; None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

@@ -127,7 +127,7 @@ class BuiltinFilters:
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)
-        if length is not None and scales and layer().diagonal > 0.0:  # percent of a length that scales with the diagonal
+        if length is not None and scales and layer().diagonal > 0.0:  # a length that scales with the diagonal
             return Length(_shortest(100.0 * used / layer().diagonal), "percent")
         if length is None and isinstance(default, Length) and default.unit == "percent":
             usual = default.resolve(diagonal=layer().diagonal, mean_edge=lambda: layer().mean_edge)

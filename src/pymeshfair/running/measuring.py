@@ -57,7 +57,7 @@ def measure(mesh: MeshData, *, wanted: bool = True, former: MeasuredMesh | None 
 
 
 def usual_edge(mesh: MeshData) -> float:
-    """The length that coordinates must resolve: the mean edge, from a sample of faces; without faces `mesh.mean_edge`."""
+    """The length that written coordinates must resolve: the mean edge of a sample of faces; without faces `mesh.mean_edge`."""
     if not len(mesh.faces):
         return mesh.mean_edge
     faces = mesh.faces[:: max(1, len(mesh.faces) // _SAMPLE)]

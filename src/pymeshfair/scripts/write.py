@@ -103,8 +103,8 @@ def export_script(
 ) -> tuple[str, tuple[str, ...]]:
     """The script for MeshLab's desktop and plain pymeshlab, and one sentence for each filter that was replaced.
 
-    A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, limits and the unit are
-    left out, as MeshLab ignores them.
+    A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, guards (limits of a
+    run) and the unit are left out, as MeshLab ignores them.
 
     `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has a
     mapping for each step: lengths in mesh units by Python parameter name, instead of the lengths computed from `mesh`.
