@@ -72,9 +72,9 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
     (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
-    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. With the share `flipped` of flipped
-    faces of each candidate, 0.3^2 times this share is added to its q. The best candidate b has the least
-    mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
+    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
+    faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
+    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)

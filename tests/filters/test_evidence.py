@@ -126,6 +126,24 @@ def test_scores_are_those_of_clipped_squares() -> None:
     assert scores.within(0.0)[scores.best]
 
 
+def test_a_flipped_face_counts_as_a_deviation_of_three_tenths_of_an_edge() -> None:
+    """Of equal heights those with fewer flipped faces are best; the excess is 0.09 times the difference of the shares."""
+    heights = np.random.default_rng(5).normal(scale=0.1, size=50)
+    scores = scores_of(np.stack([heights, -heights]), flipped=np.array([0.3, 0.1]))
+    assert scores.best == 1
+    np.testing.assert_allclose(scores.excess, [0.09 * 0.2, 0.0], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(scores.errors**2, [(heights**2).mean() + 0.027, (heights**2).mean() + 0.009], rtol=1e-12)
+
+
+def test_a_result_with_flipped_faces_loses_to_one_without() -> None:
+    """A mirrored sheet has the heights of the sheet at its places, and every face of it flipped."""
+    points = rough(0.05)
+    mirrored = points * (-1.0, 1.0, 1.0)
+    mirrored[:, 2] = points[:, 2]
+    found = chosen(points, lambda v: [iter([mirrored, v])], [["mirrored", "as it is"]])
+    assert found.chosen.label == "as it is"
+
+
 def test_noise_on_a_plane_is_taken_away_and_a_wave_is_not() -> None:
     """Of multiples of the heights over a plane, noise speaks for a quarter at most and a smooth wave for 1."""
     shrink, wave = (1.0, 0.75, 0.5, 0.25, 0.0), rough(0.0)
