@@ -110,8 +110,8 @@ def chosen_projection(
         start, costs[mask] = sample.without(mask)
         return [iter([start]), *(projected(start, family[0]) for family in families[1:])]
 
-    def deviations(mask: Ints, at: int, result: Floats) -> tuple[Floats, float]:
-        return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask]), 0.0
+    def deviations(mask: Ints, at: int, result: Floats) -> Floats:
+        return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
     def label(tried: Projection) -> Projection:
         neighbors = min(reduction * tried.neighbors, len(coordinates) - 1)

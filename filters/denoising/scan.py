@@ -183,9 +183,11 @@ class Scan:
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)
         sums = self.normals[self.faces].sum(axis=1)
 
-        def deviations(mask: Ints, _: int, result: Floats) -> tuple[Floats, float]:
-            flipped = np.einsum("ij,ij->i", cross_products(result, self.faces), sums) < 0.0
-            return np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]), float(flipped.mean())
+        def deviations(mask: Ints, _: int, result: Floats) -> Floats:
+            return np.asarray(np.einsum("ij,ij->i", self.points[mask] - result[mask], self.normals[mask]))
+
+        def share_flipped(result: Floats) -> float:
+            return float(np.mean(np.einsum("ij,ij->i", cross_products(result, self.faces), sums) < 0.0))
 
         return cross_validate(
             self.points,
@@ -193,6 +195,7 @@ class Scan:
             lambda mask: candidates(start(mask), mask),
             deviations,
             labels,
+            share_flipped=share_flipped,
             stays=stays,
             progress=self.progress,
         )

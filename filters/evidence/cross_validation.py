@@ -109,9 +109,10 @@ def cross_validate(
     points: Floats,
     held: Sequence[Ints],
     run: Callable[[Ints], Runs],
-    deviations: Callable[[Ints, int, Floats], tuple[Floats, float]],
+    deviations: Callable[[Ints, int, Floats], Floats],
     labels: Sequence[Sequence[Label]],
     *,
+    share_flipped: Callable[[Floats], float] = lambda _: 0.0,
     stays: float = tuned.STAYS,
     progress: Progress = ignore_progress,
 ) -> Choice[Label]:
@@ -122,8 +123,9 @@ def cross_validate(
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by
-    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges and the
-    share of flipped faces. `progress` is called after every family and may raise to stop.
+    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
+    `share_flipped` returns the share of flipped faces of a result; it is measured on the first set. `progress` is called after
+    every family and may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))
@@ -134,9 +136,9 @@ def cross_validate(
         places = points[np.concatenate(held[: number + 1])]
         near = spatial.cKDTree(places).query(places, min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
         if number == 0:
-            kept = _race(run(mask), labels, deviate, sets[0], flipped, near, share)
+            kept = _race(run(mask), labels, deviate, share_flipped, sets[0], flipped, near, share)
         else:
-            sets[-1][kept] = [heights for heights, _ in measured(run(mask), labels, deviate, share, kept)]
+            sets[-1][kept] = measured(run(mask), labels, deviate, share, kept)
         kept[kept] = scores_of(np.hstack(sets)[kept], near, flipped[kept]).within(stays)
         decided = np.count_nonzero(kept) == 1
         kept[0] = True
@@ -148,13 +150,14 @@ def cross_validate(
 def _race(
     runs: Runs,
     labels: Sequence[Sequence[Label]],
-    deviate: Callable[[int, Floats], tuple[Floats, float]],
+    deviate: Callable[[int, Floats], Floats],
+    share_flipped: Callable[[Floats], float],
     rows: Floats,
     flipped: Floats,
     near: Ints,
     progress: Progress,
 ) -> Bools:
-    """Runs the families in parallel, fills the rows of deviations, and returns which candidates were reached.
+    """Runs the families in parallel, fills in `rows` (deviations) and `flipped` (shares), and returns the candidates reached.
 
     A family stops once its result is more than two standard errors behind the best so far and worse than its previous result.
     The amount of smoothing rises within a family, so its errors first fall and then rise.
@@ -165,7 +168,8 @@ def _race(
 
         def advance(family: int, step: int = step) -> None:
             at = int(starts[family]) + step
-            rows[at], flipped[at] = deviate(at, next(runs[family]))
+            result = next(runs[family])
+            rows[at], flipped[at] = deviate(at, result), share_flipped(result)
 
         going = [k for k in going if step < len(labels[k])]
         in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
