@@ -74,18 +74,23 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
     the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
     faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
-    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
+    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean. The errors
+    have one m for all vertices, as estimates of the noise level have.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
-    scale = medians.min() if near is None else np.median(sizes[medians.argmin()][near], axis=1)
-    squares = np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2
-    squares += tuned.FLIPPED**2 * np.reshape(flipped, (-1, 1))
-    means = squares.mean(axis=1)
-    best = int(means.argmin())
+    folded = tuned.FLIPPED**2 * np.reshape(flipped, (-1, 1))
+
+    def squares_of(scale: Floats) -> Floats:
+        return np.asarray(np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2 + folded)
+
+    squares = alike = squares_of(medians.min())
+    if near is not None:
+        squares = squares_of(np.median(sizes[medians.argmin()][near], axis=1))
+    best = int(squares.mean(axis=1).argmin())
     differences = squares - squares[best]
     uncertainty = differences.std(axis=1) / np.sqrt(sizes.shape[1])
-    return Scores(np.sqrt(means), differences.mean(axis=1), uncertainty, best)
+    return Scores(np.sqrt(alike.mean(axis=1)), differences.mean(axis=1), uncertainty, best)
 
 
 def initial_positions(
@@ -176,8 +181,8 @@ def _race(
         latest = starts[going] + step
         reached[latest] = True
         scores = scores_of(rows, near, flipped)
-        errors, ties = scores.errors, scores.within(tuned.STAYS)
-        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or ties[at] or errors[at] < errors[at - 1]]
+        excess, ties = scores.excess, scores.within(tuned.STAYS)
+        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or ties[at] or excess[at] < excess[at - 1]]
     return reached
 
 

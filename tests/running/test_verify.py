@@ -157,7 +157,7 @@ def test_one_moved_vertex_is_more_than_chance(tmp_path: Path) -> None:
     folder = tmp_path / "clustering.mlx"
     folder.write_text(_SCRIPT.format("Simplification: Clustering Decimation"))
     output = run_job(Job(load_recipe(folder), BONE, tmp_path / "out.ply")).output
-    assert verify_output(output).verdict == "identical"
+    assert verify_output(output).verdict in ("identical", "within tolerance")
     for by in (1.0, 1e-4):
         _moved(output, by)
         found = verify_output(output)
