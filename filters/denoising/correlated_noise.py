@@ -5,7 +5,7 @@ Cross-validation fails for such correlated noise, because a good prediction of a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from ..libraries import optimize, sparse
 from ..mesh import Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
 from .candidates import CORRELATED, Setting, SettingsTried
-from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, ring_means
+from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed, ring_means
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
@@ -27,6 +27,8 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
 # the calmest parts of the mesh were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
+# For other meshes: noise of one width of two; the smoothing steps over which the level of noise is compared between places.
+_FIT_EVEN, _FAR = [((0, width), (1, 2, 4)) for width in (2, 3)], 16
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -69,15 +71,13 @@ def setting_of_shared(
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
     `estimate_noise`. Fixed vertices do not count.
     """
-    shared, on_lines = _shared(mesh.points, mesh.cells, noise)
+    shared, fits = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
-    fields = [noise_field(scan, *parts) for parts in (_FIT if on_lines else _FIT_FUSED)]
-    field = min(fields, key=lambda field: field.misfit).heights
     # Vertices near the border count, too, since many rounds of filtering move them.
-    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, field)
+    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, _field(scan, fits).heights)
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
@@ -99,21 +99,27 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
     return bool(squares[-1] > tuned.ON_LINES * squares.sum())
 
 
-def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, bool]:
-    """Returns the standard deviation of shared noise, 0 without it, and True for a depth map or False for a fused mesh."""
-    if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
-        return 0.0, False
-    on_lines, lengths = on_lines_of_sight(points, faces), edge_lengths(points, edges(faces))
+def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, Sequence[tuple[Any, ...]]]:
+    """Returns the standard deviation of shared noise, 0 without it, and the arguments of `noise_field` to try."""
+    facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
+    on_lines = facing and on_lines_of_sight(points, faces)
     # A fused mesh is a level set on a grid: where it cuts off a corner of a cell, its triangles have short edges.
-    if not on_lines and np.mean(lengths < 0.25 * lengths.mean()) <= tuned.CUT_OFF:
-        return 0.0, False
-    scan, _ = Scan.sampled(points, faces, rings=3)
-    if not on_lines and scan.is_surface:
-        return 0.0, False
-    variances = noise_field(scan, *_DETECT).variances
-    independent, total = float(variances[0]), float(variances.sum())
-    shared = np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level) and independent < 0.5 * total
-    return (float(np.sqrt(total)) if shared else 0.0), on_lines
+    if on_lines or (facing and np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF):
+        scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
+        if not on_lines and scan.is_surface:
+            return 0.0, fits
+        independent, total = (float(variances) for variances in np.cumsum(noise_field(scan, *_DETECT).variances))
+        shared = np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level) and independent < 0.5 * total
+        return (float(np.sqrt(total)) if shared else 0.0), fits
+    scan = Scan.sampled(points, faces, **_WIDE)[0]
+    if noise.level < tuned.NO_NOISE or is_designed(points, faces) or not has_even_shared_noise(scan):
+        return 0.0, _FIT_EVEN
+    return float(np.sqrt(_field(scan, _FIT_EVEN).variances.sum())), _FIT_EVEN
+
+
+def _field(scan: Scan, fits: Sequence[tuple[Any, ...]]) -> NoiseField:
+    """Returns the `noise_field` that fits best, of several arguments."""
+    return min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
 
 
 class NoiseField(NamedTuple):
@@ -127,40 +133,97 @@ class NoiseField(NamedTuple):
 def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
     """Fits the variances of several noises to residuals of the surface at several scales.
 
-    A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the mean over the one-ring. The residuals of
-    the points p at scale m are (I - W^m)^2 p. The measure at a scale is the quantile `calmest` of their local mean squares. For
-    each width, the first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too.
-    The variances are the non-negative weights with which the sum of these measures best fits the measures of the surface.
+    The measure at a scale is the quantile `calmest` of the local mean squares of the `_Scales.residuals`. For each width, the
+    first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too. The variances are
+    the non-negative weights with which the sum of these measures best fits the measures of the surface.
     """
-    points, scored = scan.points, scan.scored
-    nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(points)))
-    if not scored.any():
+    nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
+    if not scan.scored.any():
         return nothing
-    means = ring_means(edges(scan.faces), len(points), 2.0 / 3.0) + sparse.identity(len(points), format="csr") / 3.0
-
-    def smoothed(values: Floats, times: int) -> Floats:
-        for _ in range(times):
-            values = means @ values
-        return values
-
-    def residuals(values: Floats, scale: int) -> Floats:
-        first = values - smoothed(values, scale)
-        return first - smoothed(first, scale)
+    at = _Scales.of(scan)
 
     def calm(heights: Floats) -> float:
-        """Returns the quantile `calmest` of the local mean squares."""
-        clipped = np.where(scored, np.minimum(heights**2, CLIP * np.median(heights[scored] ** 2)), 0.0)
-        sums, weights = (smoothed(values, AVERAGED)[scored] for values in (clipped, scored.astype(np.float64)))
-        return float(np.quantile(sums / weights, calmest))
+        """Returns the quantile `calmest` of the local mean squares, with outliers clipped."""
+        clipped = np.minimum(heights**2, CLIP * np.median(heights[scan.scored] ** 2))
+        return float(np.quantile(at.local_means(clipped, AVERAGED), calmest))
 
-    seen = np.array([calm(np.einsum("ij,ij->i", residuals(points, scale), scan.normals)) for scale in scales])
+    seen = np.array([calm(at.heights(scale)) for scale in scales])
     if seen.min() <= 0.0:
         return nothing
-    # Random numbers from the distance to the centroid stay the same if the mesh is turned or renumbered.
-    distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
-    parts = [smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, width) for width in widths]
-    parts = [part / (float(np.sqrt((part[scored] ** 2).mean())) or 1.0) for part in parts]
-    made = np.array([[calm(residuals(part, scale)) for part in parts] for scale in scales])
+    parts = [at.noise(width) for width in widths]
+    made = np.array([[calm(at.residuals(part, scale)) for part in parts] for scale in scales])
     variances, misfit = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
     heights = np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
     return NoiseField(variances, heights, misfit)
+
+
+def has_even_shared_noise(scan: Scan) -> bool:
+    """Whether the residuals of a scan are even noise that vertices share with those one or two rings away.
+
+    The residuals are measured at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere; shared noise
+    grows from scale 2 to 4 more than white noise does; noise grows less from scale 4 to 8 than from 1 to 2, a surface more. If
+    it grows from scale 1 to 2 as much as white noise smoothed by three steps, it may be a rough surface.
+    """
+    if not scan.scored.any():
+        return False
+    at, scales = _Scales.of(scan), (1, 2, 4, 8)
+
+    def levels(heights: Iterable[Floats]) -> tuple[Floats, Floats]:
+        """Returns (4,) the level of the calmest third at each scale, and (4,) its ratio to that of the calmest places."""
+        squares = [np.quantile(at.local_means(values**2, _FAR), (1.0 / 3.0, tuned.CALMEST)) for values in heights]
+        third, calmest = np.sqrt(squares).T
+        return third, third / np.maximum(calmest, 1e-12)
+
+    level, spread = levels(map(at.heights, scales))
+    if level.min() <= 0.0:
+        return False
+    (white, even), (smooth, _) = (levels(at.residuals(at.noise(width), scale) for scale in scales) for width in (0, 2))
+    growth, of_white, of_smooth = (values[1:] / values[:-1] for values in (level, white, smooth))
+    is_even, is_shared = (spread < tuned.LARGER * even).all(), growth[1] > tuned.LARGER * of_white[1]
+    return bool(is_even and is_shared and growth[2] < growth[0] < of_smooth[0])
+
+
+class _Scales(NamedTuple):
+    """Residuals of a scan at several scales. A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the
+    mean over the one-ring. The residuals of values v at scale m are (I - W^m)^2 v.
+    """
+
+    scan: Scan
+    step: sparse.csr_matrix  # (n, n) the matrix W
+
+    @staticmethod
+    def of(scan: Scan) -> _Scales:
+        """Returns the residuals of a scan."""
+        n = len(scan.points)
+        return _Scales(scan, ring_means(edges(scan.faces), n, 2.0 / 3.0) + sparse.identity(n, format="csr") / 3.0)
+
+    def smoothed(self, values: Floats, times: int) -> Floats:
+        """Returns W^times applied to (n, ...) values."""
+        for _ in range(times):
+            values = self.step @ values
+        return values
+
+    def residuals(self, values: Floats, scale: int) -> Floats:
+        """Returns (n, ...) the residuals of values."""
+        first = values - self.smoothed(values, scale)
+        return np.asarray(first - self.smoothed(first, scale))
+
+    def heights(self, scale: int) -> Floats:
+        """Returns (n,) the residuals of the points along the normals."""
+        return np.asarray(np.einsum("ij,ij->i", self.residuals(self.scan.points, scale), self.scan.normals))
+
+    def local_means(self, values: Floats, times: int) -> Floats:
+        """Returns the means of (n,) values around each scored vertex, over scored vertices with the weights of W^times."""
+        counted = self.scan.scored
+        sums, weights = (self.smoothed(part, times)[counted] for part in (np.where(counted, values, 0.0), counted.astype(float)))
+        return np.asarray(sums / weights)
+
+    def noise(self, width: int) -> Floats:
+        """Returns (n,) white noise smoothed by `width` steps, of variance 1.
+
+        Random numbers from the distance to the centroid stay the same if the mesh is turned or renumbered.
+        """
+        points, scored = self.scan.points, self.scan.scored
+        distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
+        part = self.smoothed((distances * (997.0 + 137.7 * width)) % 1.0 - 0.5, width)
+        return part / (float(np.sqrt((part[scored] ** 2).mean())) or 1.0)
