@@ -6,7 +6,8 @@ Cross-validation fails for such correlated noise, because a good prediction of a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,13 +23,13 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales for `noise_field`: to detect shared noise; and to fit it in a depth map, whose noise has one of three widths.
+# Widths and scales for `noise_field`: to detect shared noise; and to fit it with one of three widths.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
 # The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
 # the calmest parts of the mesh were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# For other meshes: noise of one width of two; the smoothing steps over which the level of noise is compared between places.
-_FIT_EVEN, _FAR = [((0, width), (1, 2, 4)) for width in (2, 3)], 16
+# The number of smoothing steps over which levels of noise are compared between places.
+_FAR = 16
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -101,24 +102,23 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, Sequence[tuple[Any, ...]]]:
     """Returns the standard deviation of shared noise, 0 without it, and the arguments of `noise_field` to try."""
+    if noise.level < tuned.NO_NOISE:
+        return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines = facing and on_lines_of_sight(points, faces)
     # A fused mesh is a level set on a grid: where it cuts off a corner of a cell, its triangles have short edges.
     if on_lines or (facing and np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
-        if not on_lines and scan.is_surface:
-            return 0.0, fits
-        independent, total = (float(variances) for variances in np.cumsum(noise_field(scan, *_DETECT).variances))
-        shared = np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level) and independent < 0.5 * total
-        return (float(np.sqrt(total)) if shared else 0.0), fits
-    scan = Scan.sampled(points, faces, **_WIDE)[0]
-    if noise.level < tuned.NO_NOISE or is_designed(points, faces) or not has_even_shared_noise(scan):
-        return 0.0, _FIT_EVEN
-    return float(np.sqrt(_field(scan, _FIT_EVEN).variances.sum())), _FIT_EVEN
+        independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
+        enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
+        return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
+    scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
+    found = not is_designed(points, faces) and has_even_shared_noise(scan)
+    return (float(np.sqrt(_field(scan, fits).variances.sum())) if found else 0.0), fits
 
 
 def _field(scan: Scan, fits: Sequence[tuple[Any, ...]]) -> NoiseField:
-    """Returns the `noise_field` that fits best, of several arguments."""
+    """Returns the `noise_field` with the least misfit."""
     return min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
 
 
@@ -140,7 +140,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
     if not scan.scored.any():
         return nothing
-    at = _Scales.of(scan)
+    at = _Scales(scan)
 
     def calm(heights: Floats) -> float:
         """Returns the quantile `calmest` of the local mean squares, with outliers clipped."""
@@ -160,42 +160,38 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
 def has_even_shared_noise(scan: Scan) -> bool:
     """Whether the residuals of a scan are even noise that vertices share with those one or two rings away.
 
-    The residuals are measured at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere; shared noise
-    grows from scale 2 to 4 more than white noise does; noise grows less from scale 4 to 8 than from 1 to 2, a surface more. If
-    it grows from scale 1 to 2 as much as white noise smoothed by three steps, it may be a rough surface.
+    Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. Shared noise,
+    over white noise, grows from scale 2 to 4, and less from 4 to 8; a surface goes on growing.
     """
     if not scan.scored.any():
         return False
-    at, scales = _Scales.of(scan), (1, 2, 4, 8)
+    at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def levels(heights: Iterable[Floats]) -> tuple[Floats, Floats]:
         """Returns (4,) the level of the calmest third at each scale, and (4,) its ratio to that of the calmest places."""
         squares = [np.quantile(at.local_means(values**2, _FAR), (1.0 / 3.0, tuned.CALMEST)) for values in heights]
-        third, calmest = np.sqrt(squares).T
-        return third, third / np.maximum(calmest, 1e-12)
+        third, calmest = np.maximum(np.sqrt(squares).T, 1e-12)  # exact planes have 0
+        return third, third / calmest
 
-    level, spread = levels(map(at.heights, scales))
-    if level.min() <= 0.0:
-        return False
-    (white, even), (smooth, _) = (levels(at.residuals(at.noise(width), scale) for scale in scales) for width in (0, 2))
-    growth, of_white, of_smooth = (values[1:] / values[:-1] for values in (level, white, smooth))
-    is_even, is_shared = (spread < tuned.LARGER * even).all(), growth[1] > tuned.LARGER * of_white[1]
-    return bool(is_even and is_shared and growth[2] < growth[0] < of_smooth[0])
+    (level, spread), (white, even) = levels(map(at.heights, scales)), levels(at.residuals(at.noise(0), m) for m in scales)
+    is_even, growth = (spread < tuned.LARGER * even).all(), (level / white)[1:] / (level / white)[:-1]
+    return bool(is_even and growth[1] > max(tuned.LARGER, growth[2]))
 
 
-class _Scales(NamedTuple):
-    """Residuals of a scan at several scales. A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the
-    mean over the one-ring. The residuals of values v at scale m are (I - W^m)^2 v.
+@dataclass(frozen=True)
+class _Scales:
+    """Residuals of a scan at several scales: (I - W^m)^2 v for (n, ...) values v at scale m.
+
+    A smoothing step W = (I + 2 U) / 3 averages a vertex and its neighbours, with U the mean over the one-ring.
     """
 
     scan: Scan
-    step: sparse.csr_matrix  # (n, n) the matrix W
 
-    @staticmethod
-    def of(scan: Scan) -> _Scales:
-        """Returns the residuals of a scan."""
-        n = len(scan.points)
-        return _Scales(scan, ring_means(edges(scan.faces), n, 2.0 / 3.0) + sparse.identity(n, format="csr") / 3.0)
+    @cached_property
+    def step(self) -> sparse.csr_matrix:
+        """(n, n) the matrix W."""
+        n = len(self.scan.points)
+        return ring_means(edges(self.scan.faces), n, 2.0 / 3.0) + sparse.identity(n, format="csr") / 3.0
 
     def smoothed(self, values: Floats, times: int) -> Floats:
         """Returns W^times applied to (n, ...) values."""

@@ -8,6 +8,7 @@ import numpy as np
 import pymeshlab
 import pytest
 from denoising_cameras import SCENES, Camera, fused_map
+from denoising_findings import chest
 from denoising_metrics import measured
 from denoising_pairs import along_an_axis, rounded, terrain
 from drawn_scans import drawn
@@ -25,7 +26,7 @@ from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.geometry import mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.mesh import normalised_mesh
 from pymeshfair.filters.topology import border_vertices, edges
-from tests.meshes import Mesh, grid, icosphere, irregular_grid, noisy, renumbered, rotation, sample, tube
+from tests.meshes import Mesh, grid, icosphere, irregular_grid, noisy, renumbered, rotation, sample, torus, tube
 
 FLAT, FACES = irregular_grid(80, 80)
 UP = np.broadcast_to([0.0, 0.0, 1.0], FLAT.shape)
@@ -106,6 +107,52 @@ def test_the_noise_is_the_same_for_a_moved_and_renumbered_mesh() -> None:
     others, of_other, _ = noise_field(_scan(moved, faces, (UP @ rotation().T)[order]), (0, 2), (1, 4))
     np.testing.assert_allclose(others, variances, rtol=1e-6)
     np.testing.assert_allclose(of_other, heights[order], atol=1e-6)
+
+
+def _with_heights(mesh: Mesh, level: float, times: int, calm: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """White noise along the normals, averaged `times` over the rings, of so many mean edges; times `calm` where x is below 0."""
+    vertices, faces = mesh
+    heights, means = np.random.default_rng(4).normal(size=len(vertices)), ring_means(edges(faces), len(vertices))
+    for _ in range(times):
+        heights = (heights + 6.0 * (means @ heights)) / 7.0
+    heights *= level * mean_edge_length(vertices, faces) / heights.std() * np.where(vertices[:, 0] < 0.0, calm, 1.0)
+    return vertices + heights[:, None] * vertex_normals_by_area(vertices, faces), faces
+
+
+CHEST = chest(40)
+SOLIDS = {"ball": icosphere(5), "ring": torus(160, 60), "chest": (CHEST.truth, CHEST.faces)}
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+@pytest.mark.parametrize("times", [1, 2])
+def test_even_noise_that_neighbours_share_is_found_on_any_shape(solid: str, times: int) -> None:
+    """Noise that is averaged over the rings once or twice is found, and its deviation within two fifths."""
+    vertices, faces = _with_heights(SOLIDS[solid], 0.25, times)
+    turned, other, _ = renumbered((vertices @ rotation().T + 5.0, faces), seed=2)
+    for points, triangles in ((vertices, faces), (turned, other)):
+        scaled = points / mean_edge_length(points, triangles)
+        assert shared_noise(scaled, triangles, estimate_noise(points, triangles)) == pytest.approx(0.25, rel=0.4)
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+@pytest.mark.parametrize(
+    ("level", "times", "calm"), [(0.0, 0, 1.0), (0.05, 0, 1.0), (0.3, 0, 1.0), (0.25, 2, 0.3), (0.3, 8, 1.0)]
+)
+def test_neither_a_surface_nor_independent_nor_uneven_nor_wide_noise_is_taken_for_it(
+    solid: str, level: float, times: int, calm: float
+) -> None:
+    """Exact shapes, noise of each vertex by itself, a third of shared noise on one half, and noise as wide as details are not."""
+    assert not _found(*_with_heights(SOLIDS[solid], level, times, calm))
+
+
+def test_shared_noise_on_a_solid_is_taken_away() -> None:
+    """Half of the angle and more goes where held-out vertices, which their neighbours predict with their noise, leave it."""
+    truth, faces = SOLIDS["ring"]
+    vertices, _ = _with_heights((truth, faces), 0.25, 2)
+    choice = automatic_choice(vertices, faces)
+    assert choice.kind == "correlated"
+    before, after = (measured(points, truth, faces)[0] for points in (vertices, choice.setting.apply(vertices, faces)))
+    assert after < 0.5 * before
 
 
 def _by_risk(points: np.ndarray, noise: np.ndarray) -> Choice[int] | None:
