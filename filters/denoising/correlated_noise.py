@@ -28,8 +28,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
 # the calmest parts of the mesh were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# The number of smoothing steps over which levels of noise are compared between places.
-_FAR = 16
+_FAR = 16  # number of smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -77,8 +76,9 @@ def setting_of_shared(
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
+    field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     # Vertices near the border count, too, since many rounds of filtering move them.
-    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, _field(scan, fits).heights)
+    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
@@ -113,13 +113,10 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
     scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
-    found = not is_designed(points, faces) and has_even_shared_noise(scan)
-    return (float(np.sqrt(_field(scan, fits).variances.sum())) if found else 0.0), fits
-
-
-def _field(scan: Scan, fits: Sequence[tuple[Any, ...]]) -> NoiseField:
-    """Returns the `noise_field` with the least misfit."""
-    return min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
+    if is_designed(points, faces) or not has_even_shared_noise(scan):
+        return 0.0, fits
+    field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
+    return float(np.sqrt(field.variances.sum())), fits
 
 
 class NoiseField(NamedTuple):
@@ -161,21 +158,28 @@ def has_even_shared_noise(scan: Scan) -> bool:
     """Whether the residuals of a scan are even noise that vertices share with those one or two rings away.
 
     Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. Shared noise,
-    over white noise, grows from scale 2 to 4, and less from 4 to 8; a surface goes on growing.
+    over white noise, grows from scale 2 to 4, and less from 4 to 8; a surface goes on growing. The kurtosis of noise is nearer to
+    that of a normal distribution, 3, than to those of a uniform one, 1.8, and of Laplace's, 6.
     """
     if not scan.scored.any():
         return False
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
-    def levels(heights: Iterable[Floats]) -> tuple[Floats, Floats]:
-        """Returns (4,) the level of the calmest third at each scale, and (4,) its ratio to that of the calmest places."""
-        squares = [np.quantile(at.local_means(values**2, _FAR), (1.0 / 3.0, tuned.CALMEST)) for values in heights]
-        third, calmest = np.maximum(np.sqrt(squares).T, 1e-12)  # exact planes have 0
-        return third, third / calmest
+    def measures(heights: Iterable[Floats]) -> list[Floats]:
+        """Returns (4,) levels of the calmest third, (4,) their ratios to those of the calmest places, and (4,) kurtoses."""
+        rows = []
+        for squares in (values**2 for values in heights):
+            local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0
+            third, calmest = np.quantile(local, (1.0 / 3.0, tuned.CALMEST))
+            relative = (squares[scan.scored] / local)[local <= third]
+            rows.append((np.sqrt(third), np.sqrt(third / calmest), (relative**2).mean() / relative.mean() ** 2))
+        return list(np.array(rows).T)
 
-    (level, spread), (white, even) = levels(map(at.heights, scales)), levels(at.residuals(at.noise(0), m) for m in scales)
-    is_even, growth = (spread < tuned.LARGER * even).all(), (level / white)[1:] / (level / white)[:-1]
-    return bool(is_even and growth[1] > max(tuned.LARGER, growth[2]))
+    (level, spread, kurtosis), white = measures(map(at.heights, scales)), at.noise(0)
+    level_of_white, spread_of_white, _ = measures(at.residuals(white, scale) for scale in scales)
+    growth = (level / level_of_white)[1:] / (level / level_of_white)[:-1]
+    is_even = bool((spread < tuned.LARGER * spread_of_white).all())
+    return is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > max(tuned.LARGER, growth[2])
 
 
 @dataclass(frozen=True)
@@ -190,8 +194,8 @@ class _Scales:
     @cached_property
     def step(self) -> sparse.csr_matrix:
         """(n, n) the matrix W."""
-        n = len(self.scan.points)
-        return ring_means(edges(self.scan.faces), n, 2.0 / 3.0) + sparse.identity(n, format="csr") / 3.0
+        means = ring_means(edges(self.scan.faces), len(self.scan.points), 2.0 / 3.0)
+        return means + sparse.identity(means.shape[0], format="csr") / 3.0
 
     def smoothed(self, values: Floats, times: int) -> Floats:
         """Returns W^times applied to (n, ...) values."""

@@ -75,7 +75,7 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
     faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
     excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean. The errors
-    have one m for all vertices, as estimates of the noise level have.
+    are root means of q with one m for all vertices, so that they compare with noise levels.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
@@ -84,9 +84,8 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     def squares_of(scale: Floats) -> Floats:
         return np.asarray(np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2 + folded)
 
-    squares = alike = squares_of(medians.min())
-    if near is not None:
-        squares = squares_of(np.median(sizes[medians.argmin()][near], axis=1))
+    alike = squares_of(medians.min())
+    squares = alike if near is None else squares_of(np.median(sizes[medians.argmin()][near], axis=1))
     best = int(squares.mean(axis=1).argmin())
     differences = squares - squares[best]
     uncertainty = differences.std(axis=1) / np.sqrt(sizes.shape[1])
