@@ -211,10 +211,10 @@ class CloudSample:
     def without(self, held: Ints) -> tuple[Floats, Floats]:
         """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to a quadric fitted to the other points. Noise is then added up to the level of
+        Each held-out point moves along its normal to a quadric fitted to the other points. Noise is added until it is as noisy as
         the cloud, since filters run on noisy points. Deviations are from the held-out point, whose noise is s. A result at
-        distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by (1 + g^2) s^2. "Nothing"
-        stands for a second point with noise s, which deviates by 2 s^2.
+        distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by (1 + g^2) s^2. Doing nothing
+        is scored as a second point with noise s, which deviates by 2 s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)

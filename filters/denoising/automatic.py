@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, tested where residuals are small; noise only elsewhere is not found. Rounding is treated last.
+    # 1. Correlated noise, tested where residuals are small: if only other parts have it, it is not found. Rounding comes last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)
@@ -79,7 +79,7 @@ def _independent(
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. No noise: a model of planes, or residuals that show the surface alone, see `Scan.is_surface`.
+    # 3. No noise: a model of planes, or a clean scan (see `Scan.clean`) without impulses and uneven noise.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
         # 4. Cross-validation. If all vertices but the outliers are clean, settings that move only outliers are tried, too;
         # these have no Taubin steps.

@@ -13,7 +13,7 @@ from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
 _LEAF = 16
-#: A separator costs its size times 1 + `_UNEVEN` s, where s is its distance from the middle as a share of the part.
+#: A level costs its size times 1 + `_UNEVEN` s, where s is the distance of its end from the middle as a share of the part.
 _UNEVEN = 0.5
 #: A large graph is cut into this many parts, which threads share.
 PARTS = 8
@@ -22,7 +22,7 @@ _HUB = 10.0
 
 
 def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
-    """Returns an elimination order of the vertices and its groups: separators, and parts that are not cut further.
+    """Returns an elimination order of the vertices and its groups: separators (hubs form the last), and parts not cut further.
 
     Vertices are sorted into levels by their distance in edges from one end of the graph. The separator is the set of vertices of
     a middle level that touch the next level. It comes last in the order; the two sides come first, each ordered in the same way

@@ -1,7 +1,7 @@
 """Outcomes of scans: the journal, from which a batch can resume, the search for outliers, and the tables of a batch.
 
 A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. ``batch.json`` and
-``batch.csv`` have all scans, also those cleaned before the batch was resumed. `QUESTIONS` has the numbers that show outliers.
+``batch.csv`` have all finished scans, also those cleaned before a resumption. `QUESTIONS` has the numbers that show outliers.
 """
 
 from __future__ import annotations

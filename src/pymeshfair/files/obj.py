@@ -71,7 +71,7 @@ MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: for each colour level its share of 255, rounded up to six decimals: 255 times this share gives the level, rounded or truncated
+#: level / 255 for each colour level, rounded up at the sixth decimal: 255 times it, whether rounded or truncated, is the level
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
@@ -156,7 +156,7 @@ class ObjDocument:
     normals: Floats  # (k, 3) the normals on the ``vn`` lines
     #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has a normal
     corner_normals: Longs | None
-    states: Longs  # (m, 5) for each triangle the last line of each keyword in `STATES`, -1 for none
+    states: Longs  # (m, 5) for each triangle the last line before it with each keyword in `STATES`, -1 for none
     materials: Materials  # contents of its material files
     lost: tuple[str, ...]  # names of contents that a new text cannot have
 

@@ -213,7 +213,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Replaces a byte order mark, and each backslash with the line end after it, by blanks of the same length."""
+    """Replaces a byte order mark, and each backslash together with the line end after it, by blanks of the same length."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # the backslash at the end of `# from C:\scans\` joins no lines

@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`. Most errors are errors of pymeshfair and of pymeshlab.
+`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`. Most error classes are also a `PyMeshLabException`.
 """
 
 import threading

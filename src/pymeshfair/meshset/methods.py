@@ -107,7 +107,7 @@ def _signature(declared: Filter) -> inspect.Signature:
         inspect.Parameter(
             p.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=... if p.default is None else shown_default(p),  # ... if MeshLab computes the default from the mesh
+            default=... if p.default is None else shown_default(p),  # Ellipsis if MeshLab computes it from the mesh
             annotation=_annotation(p),
         )
         for p in declared.parameters
