@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads the rows of two faces, 8 numbers each.
+# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads two rows of `measure_faces`, 16 numbers.
 _SIZE = 6
 
 
@@ -235,8 +235,8 @@ def _visit_within(
     """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
     A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
-    lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. Shorter paths are extended to
-    neighbours until no path changes; for few faces this is faster than a priority queue. Faces are in the order of the search.
+    lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. The search extends each path that it
+    has found or shortened, until none changes; for few faces this is faster than a priority queue. Faces are listed as found.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

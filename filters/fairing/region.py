@@ -114,7 +114,7 @@ def fair_region(
         spiky[:] = False
         spiky[places] = spikes(before, solution.values, extent)
     except ConvergenceError:
-        pass  # the failing element is unknown: all vertices count as spikes
+        pass  # it is not known which vertices cause this error: all count as spikes
     if spiky.any():
         operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)

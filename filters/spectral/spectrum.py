@@ -70,9 +70,9 @@ def spectrum(
 
     With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
     computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
-    [golub1969]. It is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny triangles have
-    modes of far higher frequency than any wave of the surface, and these modes would take many more steps. So the vertices of
-    slivers get additional mass, in all at most a ten-thousandth of the area.
+    [golub1969]. This quadrature is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny
+    triangles have modes of far higher frequency than any wave of the surface, and these modes would take many more steps. So the
+    vertices of slivers get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -81,7 +81,7 @@ def spectrum(
             modes up to a higher frequency, and take longer.
         steps: the steps of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More steps
             separate neighbouring bands more sharply, especially at low frequencies, and take longer.
-        operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
+        operator: "cotangent", "robust", or "auto": "robust" if the mesh is not manifold or has slivers.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -152,7 +152,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     stiffest = np.argsort(-ratio, kind="stable")
     # A bound on S_ii / M_i adds mass S_ii / bound - M_i at vertex i; bounds[k] adds `_ADDED` of all mass at the k + 1 stiffest.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises with k while the next ratio is above it. So the sums of the highest bound have all vertices above it.
+    # bounds[k] rises with k while the next ratio is above it: the highest bound sums over all vertices whose ratio is above it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -160,7 +160,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Returns the steps that resolve thirds of octaves above kappa: frequencies lie sqrt(highest) pi / (2 steps) apart."""
+    """Returns the steps that resolve thirds of octaves above kappa: nodes lie sqrt(highest) pi / (2 steps) apart in omega."""
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     steps = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(steps, _FEWEST_STEPS), _MOST_STEPS))

@@ -1,7 +1,7 @@
 """Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-An existing file is replaced on request, or if the same run wrote it; a link, folder, pipe or device never. A run writes its
-files to a hidden staging folder beside the output, on the same file system, and `place` puts all of them in place, or none.
+An existing file is replaced on request, or if a run with the same sources wrote it; a link, folder, pipe or device never. A run
+writes its files to a hidden staging folder beside the output, on the same file system; `place` puts all in place, or none.
 
 A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder, so the next
 run removes the folders beside its output in which no process holds a lock. On a system without locks users have to remove them.
