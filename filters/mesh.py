@@ -54,7 +54,7 @@ FURTHEST = 2.0
 # Neighbours are near in memory if their numbers differ by at most this: twice as many points fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
-# In measurements a reordering took as much time as this many sweeps (passes over all one-rings) save.
+# A reordering takes as much time as it saves in this many sweeps (passes over all one-rings), as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
 # The thickness of a slab of `order_by_place` in median edges, and the largest number of slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096

@@ -27,7 +27,7 @@ from .vertex_update import VertexUpdate, fit_vertices
 _EPSILON = 1e-9
 # After a round the corners of newly folded faces move back. This may fold other faces, so the test is repeated this many times.
 _FOLD_TESTS = 2
-# The number of rings of faces around a face on which its guide normal depends.
+# A guide normal depends on at most this many rings of faces around its face.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
 # The bounding box to use for points that are normalised already: normalising them again then changes no bit.
 _AS_THEY_ARE = Whole(np.full(3, -0.25), np.full(3, 0.25))
@@ -119,7 +119,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh lacks a face without area if no other face uses its vertices.
+    # The normalised mesh lacks a face that names a vertex twice if one of its vertices is in no face with three vertices.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals
@@ -308,7 +308,7 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
 
 
 def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
-    """Returns the number of rings of faces around a vertex on which its position after one round depends.
+    """Returns how many rings of faces around a vertex suffice: its position after one round depends on no other faces.
 
     Raises:
         FilterInputError: the filter depends on a distance or on rings of vertices, not on rings of faces.

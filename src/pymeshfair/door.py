@@ -172,7 +172,7 @@ class Door:
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
-        # skip the normals of a new curve: they are sums over the faces that a section cuts
+        # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or has_point_normals:
             normals = read_array(mesh, "vertex_normals")

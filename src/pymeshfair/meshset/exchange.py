@@ -64,7 +64,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh in a mesh set; those added before it is in one would refer to freed memory."""
+    """Adds values as custom attributes to a mesh, which must be in a mesh set: else the values would refer to freed memory."""
     for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
         add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
         for name, array in values.items():
@@ -80,7 +80,7 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
-    """Returns the arrays of the current layer, `mesh`; pymeshlab does not give access to the images of textures."""
+    """Returns the arrays of the current layer, `mesh`; the images of textures stay out: pymeshlab only saves them to files."""
     normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's normals are no unit vectors
     arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
     if mesh.has_vertex_color():

@@ -37,7 +37,7 @@ from ..scripts.script import Script
 
 #: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
-#: the side of the cube for coordinates (see `pack_scene`), relative to the longest side of the scan; results may be larger
+#: the side of the cube for coordinates (see `pack_scene`), in longest sides of the scan; results may be larger than the scan
 _ROOM = 1.5
 #: if a file with this name appears in the folder of a run, the run stops
 STOP = "stop"
