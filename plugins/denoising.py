@@ -220,7 +220,7 @@ def _completed(
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
-    # The trials vary neither rounding nor normal iterations: twenty iterations would cost twenty times as much.
+    # The trials use neither a given rounding nor given normal iterations: twenty iterations would take twenty times as long.
     not_tried = ("normal_iterations", "rounding")
     tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
     made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)

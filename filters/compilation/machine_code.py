@@ -217,7 +217,7 @@ def most_threads() -> int:
 
 @cache
 def start_threads() -> tuple[Any, Any]:
-    """Starts the threads; returns the function that sets their number for this thread, and a lock, which OpenMP does not need."""
+    """Starts the threads; returns the function that sets how many the calling thread uses, and a lock, empty with OpenMP."""
     import llvmlite.binding as llvm
 
     lock: Any = nullcontext()

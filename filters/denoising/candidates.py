@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with some values fixed. With values for normal filtering, Taubin steps alone are left out."""
+        """Returns the repertoire with fixed values. Values of chains exclude Taubin steps alone, 0 rounds exclude the chains."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, further families move only the replaced outliers: one to predicted positions, and one from there by each chain.
+    With `alone`, further families move only replaced outliers: the first to predicted places, the others by a chain from there.
     """
 
     def __init__(

@@ -24,7 +24,7 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: The largest number of edges of a hole with its islands, or `max_edges` if larger; memory grows with the square of the number.
+#: The largest number of edges of a hole with its islands, or `max_edges` if larger; this limits the time.
 MOST_JOINED = 10_000
 #: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[

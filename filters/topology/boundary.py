@@ -228,8 +228,8 @@ class Submesh(NamedTuple):
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
     """Returns the (n,) free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
 
-    Each ring takes one pass over the faces; the other steps take time linear in the size of the submesh. Border vertices of the
-    mesh and vertices without a triangle are not free in the result.
+    Each ring takes one pass over the faces of the mesh. The other steps take time linear in its vertices and in the submesh.
+    Border vertices of the mesh and vertices without a triangle are not free in the result.
     """
     inside = free.copy()
     chosen = _touching(faces, inside)

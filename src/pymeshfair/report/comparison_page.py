@@ -66,8 +66,8 @@ def comparison_page(
 ) -> bytes:
     """Returns the report as the bytes of an HTML file.
 
-    `numbers` is the document that the command prints with ``--json``. After a run, `run` is its record, and `provenance` the text
-    of this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
+    `numbers` is the document that the page shows as JSON. After a run, `run` is the run's record, and `provenance` the text of
+    this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
     distance, and the colours end at the limits of the distances.
     """
     comparison = compared.comparison

@@ -1,4 +1,4 @@
-"""Checks a result against the limits of a run; each breach has its place and its amount.
+"""Checks a result against the limits of a run; each breach has its place and its amount, if known.
 
 The check for printing reads the written file as a slicer does: it merges equal points and sees only triangles.
 """

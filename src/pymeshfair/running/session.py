@@ -61,7 +61,7 @@ class RunCache:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # least recently used first
 
     def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
-        """The measures of the mesh; `measure` is called only if the head of the recipe has changed."""
+        """The `_Measured` of the mesh; calls `measure` the first time, and if the head of the recipe has changed since."""
         if self._measured is None or self._measured[0] != info:
             self._measured = info, measure()
         return self._measured[1]
