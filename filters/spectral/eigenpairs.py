@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Modes at the edge of an earlier band contain a little of the modes beyond the edge: new modes are made orthogonal to them.
+        # Earlier modes at the edge of a band contain a little of the modes beyond it: make the new modes orthogonal to all earlier.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
