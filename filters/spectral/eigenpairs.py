@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Earlier modes at the edge of a band contain a little of the modes beyond it: make the new modes orthogonal to all earlier.
+        # Earlier modes at the edge of a band contain a little of the modes beyond it: the new ones are made orthogonal to them.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
