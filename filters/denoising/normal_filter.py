@@ -1,6 +1,6 @@
 """Filters of face normals: settings, weights, and the weighted mean of each normal and its neighbours.
 
-At a border all neighbours lie on one side and bias the mean; a local linear fit replaces the mean there.
+At a border all neighbours lie on one side and bias the mean; there most methods move the mean towards a local linear fit.
 """
 
 import math
@@ -45,8 +45,8 @@ class NormalFilter:
     """Settings of n_i <- normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), repeated `normal_iterations` times.
 
     The sum goes over the faces j around face i, with area A and centre c; x_ij is the deviation of their normals, see
-    `weighted_normals`. If a border cuts off the neighbourhood, the mean follows the trend of the normals, see `_follow_trend`.
-    The defaults are those of the authors' code of [zheng2011].
+    `weighted_normals`. If a border cuts off the neighbourhood, the mean follows the trend of the normals, see `_follow_trend`;
+    not for "mean" and "vertex_normals". The defaults are those of the authors' code of [zheng2011].
 
     Attributes:
         method: definition of the weights; see `NormalFilterMethod`.
@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # In other methods a face deviates by 0 from itself: in a kernel such as 1 / x its own weight would exceed all others.
+            # Only these two count the face itself. It deviates by 0 from itself: a kernel such as 1 / x prefers it to all others.
             settings.method in ("averaged", "guided"),
         )
 

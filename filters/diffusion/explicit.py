@@ -57,7 +57,7 @@ def explicit_smoothing(
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
-            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. The first formula is an Euler step of length
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. Off borders it is an Euler step of length
             sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
         whole: the mesh that this one is a part of; None if it is complete. If the part keeps the whole's order of elements, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
@@ -214,7 +214,7 @@ def meshlab_taubin_smooth(
     Like MeshLab it rounds the factors to single precision. A vertex with b border edges is averaged with itself and its b border
     neighbours, and so moves b / (b + 1) of the way to their mean.
 
-    Arguments, results and errors are those of `taubin_fairing`.
+    Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
     """
     surface = explicit_surface(vertices, faces, "uniform", "along", None, iterations, whole, steps=2)
     border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)

@@ -41,9 +41,9 @@ BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
-#: Vectors added to these sizes; they matter if few modes are wanted.
+#: Vectors added to the first of these sizes; ten times as many to the limit. They matter if few modes are wanted.
 _SMALL = 40
-#: Locked modes, which are known already, are removed again after this many blocks, as rounding slowly brings them back.
+#: Every so many blocks, the block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
 _RENEWAL = 2
 #: Columns that are processed between two calls of `progress`.
 _TOGETHER = 16
@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # A mode at the edge of an earlier band contains a share, residual / gap, of each mode beyond the edge.
+        # Earlier modes at the edge of a band contain a little of the modes beyond it: the new ones are made orthogonal to them.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds only lower modes to a mode. Their residuals have smaller limits: it stays good.
+    # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits: it stays good.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -381,8 +381,8 @@ def modes_near(
     """Computes `below` modes of A below the shift and at least the next `above` modes above it, besides the known `locked` modes.
 
     Runs block Lanczos [grimes1994] on (A - shift I)^-1 and makes each block orthogonal to all earlier ones. One inverse iteration
-    improves the Ritz vectors; it needs no solve, because the last block contains its result. The residual in A is then the Ritz
-    residual of the inverse times (kappa - shift)^2.
+    improves the Ritz vectors; it needs no solve, because the basis and the block after it span the result. The residual in A is
+    then the Ritz residual of the inverse times (kappa - shift)^2.
 
     Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues and orthonormal modes, which are
     orthogonal to the `locked` ones.

@@ -195,7 +195,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
         k += _U(2)
     at, size, wrong = first // _U(2), (last - first) // _U(2), _U(0)
     slot = slot_of(begin)
-    # `walks` gets the lower neighbour of `begin` next: the walk to `second` fills it forwards, or backwards from the last place.
+    # In `walks` the lower neighbour follows `begin`: if `second` is lower, `walks` is filled forwards, else from its last place.
     second = ends[first + (table[slot] >> _PLACE & _PLACES) + _U(1)]
     forward = _name(names, second) <= _name(names, before)
     place, way = (np.int64(at), 1) if forward else (np.int64(at + size), -1)

@@ -80,7 +80,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 def script_with(script: Script, settings: Sequence[Any]) -> Script:
     """Returns the script with the steps that are switched on and the page's values; raises `ChoiceError` for a wrong value.
 
-    Values are texts by parameter name, in the form for `parse_value`; MeshLab computes the value for an empty text.
+    Values are texts by parameter name, in the form for `parse_value`; an empty text, if no `String`, keeps the script's value.
     """
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
@@ -124,7 +124,7 @@ def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
-                continue  # MeshLab computes it for the mesh
+                continue  # keep the value of the script; without one, the filter finds it
             values[name] = parse_value(parameter, text)
         except ParameterError as error:
             raise ChoiceError(number, name, str(error)) from error
