@@ -41,7 +41,7 @@ class Filtered(NamedTuple):
     error: float
     share: float  # the error as a share of the root mean square deviation of the values from their component means
     route: RouteName
-    degree: int  # the number of products with the matrix, or of solves, for every three columns
+    degree: int  # the number of products with the matrix for every three columns, or of solves for all columns
 
 
 def filter_without_eigenvectors(
