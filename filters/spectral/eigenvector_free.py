@@ -205,7 +205,7 @@ def rational_filter(
 
 
 class _System:
-    """Applies R = sigma A^-1 M for A = S + sigma M, by Cholesky factors up to `LARGEST_FACTORS` rows, else by multigrid."""
+    """Applies R = sigma A^-1 M for A = S + sigma M, by Cholesky factors up to `LARGEST_FACTORS` rows, else by `SpdSolver`."""
 
     def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole

@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the bytes of the rows in the source file, in text with changed numbers replaced; None: rows must be written anew."""
+    """Returns the rows as in the source file; in text, changed numbers are replaced. None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes
