@@ -50,7 +50,7 @@ class NoiseEstimate(NamedTuple):
 def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Estimates the noise of a mesh from the mesh alone.
 
-    The differences of `FourthOrder` have the standard deviation of independent noise. The level is the median of their absolute
+    Independent noise keeps its standard deviation in the differences of `FourthOrder`. The level is the median of their absolute
     values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface: it is
     not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Weak noise is overestimated
     where most vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.

@@ -267,7 +267,7 @@ class FloatingComponents(NamedTuple):
 
 
 class InnerSolver:
-    """Solves the system to a few digits, for iterative refinement; the first call prepares the preconditioner.
+    """Solves the system to about seven digits, for iterative refinement; the first call prepares the preconditioner.
 
     The conjugate gradients are preconditioned by the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M,
     scaled by `unit`. If W is 1, H M^-1 H lies between one and two times the energy's matrix for any w: a dozen steps are enough.

@@ -41,7 +41,7 @@ class Filtered(NamedTuple):
     error: float
     share: float  # the error as a share of the root mean square deviation of the values from their component means
     route: RouteName
-    degree: int  # the number of products with the matrix, or of solves, for every three columns
+    degree: int  # the number of products with the matrix for every three columns, or of solves for all columns
 
 
 def filter_without_eigenvectors(
@@ -205,7 +205,7 @@ def rational_filter(
 
 
 class _System:
-    """Applies R = sigma A^-1 M for A = S + sigma M, by Cholesky factors up to `LARGEST_FACTORS` rows, else by multigrid."""
+    """Applies R = sigma A^-1 M for A = S + sigma M, by Cholesky factors up to `LARGEST_FACTORS` rows, else by `SpdSolver`."""
 
     def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole

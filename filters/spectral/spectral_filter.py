@@ -41,8 +41,8 @@ class SpectralResult:
     Attributes:
         vertices: (n, 3) the new coordinates.
         route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" if there was nothing to filter.
-        error: a bound of the root mean square distance, over the surface, to the result of an exact computation, in mesh
-            units. The error of the modes themselves, about 1e-9 of the mesh's size, is not included.
+        error: a bound ("rational": in part an estimate) of the root mean square distance, over the surface, to the exact result,
+            in mesh units. The error of the modes themselves, about 1e-9 of the mesh's size, is not included.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
         modes: the number of computed modes, without the constant mode of each component.
         degree: the degree of the polynomial or rational function; 0 with "eigenvectors".

@@ -54,7 +54,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             target.write(kept_bytes)
             last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # the end of the last line may be in the tail of the file
+            target.write(b"" if last.isspace() else b"\n")  # the line end of the last row in the source file is in the tail
             target.writelines(_lines(table))
             last = b"\n"
         else:
@@ -291,7 +291,7 @@ def _packed(row: Table, order: str) -> bytes:
 
 
 def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
-    """Returns the rows as bytes of the source file, a text file's with new numbers; None if rows must be written anew."""
+    """Returns the rows as in the source file; in text, changed numbers are replaced. None if rows must be written anew."""
     if row.bytes is None:
         return None
     start, end = row.bytes

@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the largest number of points of surrounding cells in memory: `_AROUND` times the points of a tile, at least `_LEAST_AROUND`
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: factors of the size of the largest tile: how many points search surrounding cells at once, and the total length of their lists
+#: factors of the size of the largest tile: how many points search surrounding cells at once, how many cells are listed for them
 _SEARCHING, _LISTED = 0.125, 8
 #: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
