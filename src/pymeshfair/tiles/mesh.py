@@ -189,7 +189,7 @@ class MeshTiles:
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """Returns both corners of the box of the tile's vertices with a proper face, and whether the mesh has a border at the tile."""
+        """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
