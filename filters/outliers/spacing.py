@@ -1,4 +1,4 @@
-"""Tests based on the spacing of a cloud: surface without data in a reconstruction, and surplus points."""
+"""Finds surface without data in a reconstruction, by the spacing of the cloud, and surplus points, by the cells of a grid."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -31,7 +31,7 @@ SHORTEST = 5.0
 SIGNAL = 4.0
 # The noise is measured between these wavelengths, in mean edges; regular triangles have no shorter waves.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
-# Steps of the quadrature: enough to resolve wavelengths of up to ten edges; longer ones are not needed.
+# Lanczos steps of `spectrum`: enough to resolve wavelengths of up to ten edges; longer ones are not needed.
 _STEPS = 300
 
 

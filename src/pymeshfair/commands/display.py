@@ -92,7 +92,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
 class ProgressLines(contextlib.ExitStack):
     """Prints a line when a step begins, and messages of filters; with `verbose` also times, and the progress of long steps."""
 
-    _margin = "  "  # before notes
+    _margin = "  "  # before the messages of filters
 
     def __init__(self, *, verbose: bool = False) -> None:
         super().__init__()

@@ -96,7 +96,7 @@ class Length:
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:
-    """The unit of a scan: the one that the user typed, else that of the file, else that of the recipe; or None."""
+    """The unit of a scan: the one that the user typed, else that of the file if in `METRES`, else that of the recipe; or None."""
     if typed is not None:
         return check_unit(typed)
     return of_file if of_file in METRES else of_recipe or None

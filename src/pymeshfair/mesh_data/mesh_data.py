@@ -67,7 +67,7 @@ class MeshData:
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
         keeps_normals: whether files of a mesh with faces get vertex normals; these are computed anew after a move of vertices.
         textures: the images; ``texture`` is an index into them.
-        matrix: (4, 4) transformation of the coordinates, None for the identity. Files are written without a matrix.
+        matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
         unit: the unit of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.

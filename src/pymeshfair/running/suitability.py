@@ -181,12 +181,12 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
-    """The traits of a scan that a recipe asks for, and a warning if the scan does not suit the recipe.
+    """The traits that a recipe asks for, and a warning if the scan does not suit it or another recipe ranks first for denoising.
 
     Args:
         recipe: the recipe.
         scan: the scan; if it was not measured, there are no warnings.
-        as_shipped: whether the user has set no value. If one is set, only a recipe with `behind` is compared with denoising ones.
+        as_shipped: whether the user has set no value. Else only a recipe that is "after ANOTHER" is compared with denoising ones.
 
     Raises:
         RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.

@@ -42,7 +42,7 @@ _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`; their callers see KeyboardInterrupt."""
+    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`, which raise KeyboardInterrupt in its place."""
 
 
 class Interrupts:

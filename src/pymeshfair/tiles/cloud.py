@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points that coincide with an earlier point; takes (first row in `results`, bucket) of each bucket in one file."""
+    """Marks points with the place or cell of an earlier point; takes (first row in `results`, bucket) of a file's buckets."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()

@@ -47,8 +47,8 @@ class Surface:
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
     before = Stored("<f8", 3)  # coordinates before a step that may fold faces
-    state = Stored("<f8", 3)  # coordinates between the passes of a filter
-    next_state = Stored("<f8", 3)  # the state after a pass
+    state = Stored("<f8", 3)  # coordinates between rounds; from `relax` to `keep`: without the border's moves along the surface
+    next_state = Stored("<f8", 3)  # the state after a round, or the coordinates from `keep`
 
     def _raw(self, bucket: int) -> Path:
         return self.cells.folder / f"corners-{bucket}"
@@ -189,7 +189,7 @@ class MeshTiles:
     surface: Surface
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """Returns both corners of the bounding box of the non-degenerate faces, and whether the mesh has a border at the tile."""
+        """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
         tile = tile_with_rings(self.surface, first, last, 1)
         used = np.zeros(len(tile.vertices), np.bool_)
         used[tile.faces[proper_faces(tile.faces)]] = True
