@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations; the index of the best."""
 
-    errors: Floats
+    errors: Floats  # with one m of `scores_of` for all vertices, to be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int
@@ -74,8 +74,7 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
     the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
     faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
-    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean. The errors
-    are root means of q with one m for all vertices, so that they compare with noise levels.
+    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)

@@ -10,7 +10,7 @@ import pytest
 from denoising_cameras import SCENES, Camera, fused_map
 from denoising_findings import chest
 from denoising_metrics import measured
-from denoising_pairs import along_an_axis, rounded, terrain
+from denoising_pairs import along_an_axis, averaged, rounded, terrain
 from drawn_scans import drawn
 from scipy.ndimage import gaussian_filter
 from suggestions import distance
@@ -109,14 +109,11 @@ def test_the_noise_is_the_same_for_a_moved_and_renumbered_mesh() -> None:
     np.testing.assert_allclose(of_other, heights[order], atol=1e-6)
 
 
-def _with_heights(mesh: Mesh, level: float, times: int, calm: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """White noise along the normals, averaged `times` over the rings, of so many mean edges; times `calm` where x is below 0."""
+def _with_shared(mesh: Mesh, level: float, times: int, calm: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Noise along the normals, averaged `times` over the rings, of so many mean edges; times `calm` where x is below 0."""
     vertices, faces = mesh
-    heights, means = np.random.default_rng(4).normal(size=len(vertices)), ring_means(edges(faces), len(vertices))
-    for _ in range(times):
-        heights = (heights + 6.0 * (means @ heights)) / 7.0
-    heights *= level * mean_edge_length(vertices, faces) / heights.std() * np.where(vertices[:, 0] < 0.0, calm, 1.0)
-    return vertices + heights[:, None] * vertex_normals_by_area(vertices, faces), faces
+    moves = averaged(level, times)(vertices, faces, np.random.default_rng(4)) - vertices
+    return vertices + moves * np.where(vertices[:, :1] < 0.0, calm, 1.0), faces
 
 
 CHEST = chest(40)
@@ -127,7 +124,7 @@ SOLIDS = {"ball": icosphere(5), "ring": torus(160, 60), "chest": (CHEST.truth, C
 @pytest.mark.parametrize("times", [1, 2])
 def test_even_noise_that_neighbours_share_is_found_on_any_shape(solid: str, times: int) -> None:
     """Noise that is averaged over the rings once or twice is found, and its deviation within two fifths."""
-    vertices, faces = _with_heights(SOLIDS[solid], 0.25, times)
+    vertices, faces = _with_shared(SOLIDS[solid], 0.25, times)
     turned, other, _ = renumbered((vertices @ rotation().T + 5.0, faces), seed=2)
     for points, triangles in ((vertices, faces), (turned, other)):
         scaled = points / mean_edge_length(points, triangles)
@@ -142,13 +139,13 @@ def test_neither_a_surface_nor_independent_nor_uneven_nor_wide_noise_is_taken_fo
     solid: str, level: float, times: int, calm: float
 ) -> None:
     """Exact shapes, noise of each vertex by itself, a third of shared noise on one half, and noise as wide as details are not."""
-    assert not _found(*_with_heights(SOLIDS[solid], level, times, calm))
+    assert not _found(*_with_shared(SOLIDS[solid], level, times, calm))
 
 
 def test_shared_noise_on_a_solid_is_taken_away() -> None:
     """Half of the angle and more goes where held-out vertices, which their neighbours predict with their noise, leave it."""
     truth, faces = SOLIDS["ring"]
-    vertices, _ = _with_heights((truth, faces), 0.25, 2)
+    vertices, _ = _with_shared((truth, faces), 0.25, 2)
     choice = automatic_choice(vertices, faces)
     assert choice.kind == "correlated"
     before, after = (measured(points, truth, faces)[0] for points in (vertices, choice.setting.apply(vertices, faces)))
