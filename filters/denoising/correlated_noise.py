@@ -28,7 +28,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
 # the calmest parts of the mesh were seen at a slant and have less noise than the others.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-_FAR = 16  # number of smoothing steps over which levels of noise are averaged, to compare them between places
+_FAR = 8  # number of smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -166,20 +166,20 @@ def has_even_shared_noise(scan: Scan) -> bool:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """Returns (4,) levels of the calmest third, (4,) their ratios to those of the calmest places, and (4,) kurtoses."""
+        """Returns (4,) levels of the calmest quarter, (4,) their ratios to those of the calmest places, and (4,) kurtoses."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0
-            third, calmest = np.quantile(local, (1.0 / 3.0, tuned.CALMEST))
-            relative = (squares[scan.scored] / local)[local <= third]
-            rows.append((np.sqrt(third), np.sqrt(third / calmest), (relative**2).mean() / relative.mean() ** 2))
+            quarter, calmest = np.quantile(local, (0.25, tuned.CALMEST))
+            relative = (squares[scan.scored] / local)[local <= quarter]
+            rows.append((np.sqrt(quarter), np.sqrt(quarter / calmest), (relative**2).mean() / relative.mean() ** 2))
         return list(np.array(rows).T)
 
     (level, spread, kurtosis), white = measures(map(at.heights, scales)), at.noise(0)
     level_of_white, spread_of_white, _ = measures(at.residuals(white, scale) for scale in scales)
     growth = (level / level_of_white)[1:] / (level / level_of_white)[:-1]
-    is_even = bool((spread < tuned.LARGER * spread_of_white).all())
-    return is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > max(tuned.LARGER, growth[2])
+    is_even = (spread < tuned.LARGER * spread_of_white).all()
+    return bool(is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > max(tuned.LARGER, growth[2]))
 
 
 @dataclass(frozen=True)
