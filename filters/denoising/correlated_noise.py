@@ -113,7 +113,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
     scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
-    if is_designed(points, faces) or not scan.is_surface or not has_even_shared_noise(scan):
+    if not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):
         return 0.0, fits
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     return float(np.sqrt(field.variances.sum())), fits
