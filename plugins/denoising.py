@@ -118,8 +118,8 @@ def apply_coord_normal_filtering(
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
             moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
-        rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any noise,
-            'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other parameters are set.
+        rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise, 'undo'
+            first moves them to a smoother surface within half a rounding step. 'auto': 'keep' if all other parameters are set.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
@@ -283,8 +283,8 @@ class Kernels:
     Attributes:
         range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less, 'l2' not
             at all; the others keep them.
-        space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel, 'l2'
-            weights all neighbours equally, 'l1' favours the nearest.
+        space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally, 'l1'
+            favours the nearest.
         range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise, and
             flattens larger features. 'auto' estimates it from the mesh.
     """
@@ -314,7 +314,7 @@ def apply_coord_bilateral_fleishman(
     Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
 
     Args:
-        space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges.
+        space_sigma: Neighbours count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 1.4 mean edges.
     """
     options: dict[str, Any] = {**kernels.arguments(), "iterations": iterations, "border": border}
     options |= {"movable": movable_vertices(layer, selected), "progress": progress}
@@ -336,7 +336,7 @@ def apply_coord_bilateral_jones(
     and loose triangles are filtered too; curved surfaces shrink less than with the filter along normals.
 
     Args:
-        space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges.
+        space_sigma: Triangles count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 2 mean edges.
         border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
     """
     options: dict[str, Any] = {**kernels.arguments(), "border": border, "progress": progress}

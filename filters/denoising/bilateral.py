@@ -25,7 +25,7 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
 # Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise:
-# below 1 for one-rings, whose heights have noise of both ends and the normal; above 1 for triangle corners, with small heights.
+# below 1 for one-rings: heights there have noise of two vertices and a normal; above 1 for triangle corners, with small heights.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Scales above this or below its inverse are refused, since their squares would be out of the range of numbers.
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: the 27 cells at a vertex are 9 slices."""
+    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: 9 slices hold the 27 cells at a vertex."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals

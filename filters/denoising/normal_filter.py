@@ -36,7 +36,7 @@ _BATCH = 256
 _RIDGE = 0.02
 # The mean moves towards the trend by the share 1 - `_SHRINKAGE` * variance / squared shift, at least 0 [james1961].
 _SHRINKAGE = 2.0
-# Number of coefficients of a trend for each component of the normal.
+# Number of coefficients of a trend along the surface, a value and two slopes, for each component of the normal.
 _COEFFICIENTS = 3.0
 
 

@@ -72,5 +72,5 @@ ROUNDED = 2.0
 CLOUD_NO_NOISE = 0.03
 #: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 if it is strong.
 CLOUD_INDEPENDENT = -0.085
-#: Noise of half a spacing has this level in the calmest part. Above it, if residuals correlate, a quarter of the points is used.
+#: Noise of half a spacing has this level in the calmest part. Above it, if residuals correlate, trials use 1/4 of the points.
 CLOUD_THICK = 0.33

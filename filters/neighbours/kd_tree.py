@@ -37,7 +37,7 @@ _GUESSES = 6
 _BUILDING = 0.2
 #: The largest number of neighbours that one task finds. Such a task takes about 0.01 s, and its arrays fit the cache.
 _CHUNK = 2**18
-#: Least number of tasks, so that all threads end at about the same time.
+#: Least number of tasks for a large cloud, so that all threads end at about the same time.
 _TASKS = 64
 #: A task finds at least this number of neighbours: half a millisecond of work, a hundred times the cost of starting a task.
 _LEAST = 2**14

@@ -132,7 +132,7 @@ class Listener(Protocol):
     def begin(self, total: int) -> None: ...  # the number of scans to do
     def outcome(self, scan: Scan, outcome: Outcome) -> None: ...  # a scan has ended; its outcome is in the journal
     def page(self, scan: Scan, problem: str) -> None: ...  # a page was drawn, or `problem` says why not
-    def note(self, text: str) -> None: ...  # a message about the workers for the user
+    def note(self, text: str) -> None: ...  # a message for the user, about the workers, the journal or the disk
 
 
 @dataclass
@@ -317,7 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses to replace files about a batch unless a readable journal shows that a former batch wrote them."""
+        """Refuses to replace files about a batch, unless asked to or a readable journal shows that a former batch wrote them."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):

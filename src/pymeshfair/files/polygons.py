@@ -107,7 +107,7 @@ def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: A
             at[corners[e]] = e
         e = places[c]
         for k in range(size):
-            more[k] = e
+            more[k] = e  # from here on `more` has the half-edges of the rim in their order
             e = at[_end(corners, e)] if closed else -1
             closed = e >= 0 and (e == places[c]) == (k == size - 1)
         for e in edges:

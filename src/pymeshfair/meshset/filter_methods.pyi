@@ -482,14 +482,14 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
-                'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
+                'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            space_sigma: The distance up to which neighbours count. Larger is smoother and slower. 'auto': 1.4 mean edges. Takes
-                a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
-                'auto'.
+            space_sigma: Neighbours count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 1.4 mean edges.
+                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
+                or 'auto'.
             iterations: The number of steps. More steps smooth more, take longer, and shrink more. Takes a whole number from 0
                 to 10000.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
@@ -528,14 +528,14 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
-                'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
+                'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            space_sigma: The distance up to which triangles count. Larger is smoother and slower. 'auto': 2 mean edges. Takes a
-                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or
-                'auto'.
+            space_sigma: Triangles count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 2 mean edges.
+                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
+                or 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
                 selected, the vertices whose triangles are all selected change.
@@ -577,8 +577,8 @@ class FilterMethods(metaclass=LateMethods):
                 a whole number of at least 3.
             range_kernel: How weight falls with the difference in height of a neighbour. 'huber' and 'l1' keep features less,
                 'l2' not at all; the others keep them.
-            space_kernel: How weight falls with distance, up to 1.4 times the space sigma. 'gaussian' is the papers' kernel,
-                'l2' weights all neighbours equally, 'l1' favours the nearest.
+            space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
+                'l1' favours the nearest.
             range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
                 and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -1116,8 +1116,8 @@ class FilterMethods(metaclass=LateMethods):
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
                 first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
-            rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters the steps like any
-                noise, 'undo' first moves vertices to a smoother surface within half a step. 'auto': 'keep' if all other
+            rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise,
+                'undo' first moves them to a smoother surface within half a rounding step. 'auto': 'keep' if all other
                 parameters are set.
             relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that
                 turns faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are

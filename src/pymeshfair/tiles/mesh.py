@@ -1,8 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
 `Cells` has the vertices; the slot of a vertex is its row in the files. Other files have the faces at the vertices of each cell,
-with slots as corners. A tile is some cells; its vertices and faces keep the order of the file. A filter round ends on all tiles
-before the next starts.
+with slots as corners. A tile is some cells; its vertices and faces keep the order of the input. A filter round ends on all
+tiles before the next starts.
 """
 
 import contextlib
