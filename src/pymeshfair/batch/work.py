@@ -145,7 +145,7 @@ class BatchRun:
     listener: Listener
     outcomes: dict[int, Outcome]  # by number of the scan; `run` adds the new outcomes
     draws: bool  # whether pages are drawn
-    stop: bool  # whether to stop after the first scan that fails
+    stop: bool  # whether to stop after the first scan that fails or breaks a guard
     pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page; empty if there is one
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
@@ -277,7 +277,7 @@ class Task:
     jobs: int  # the number of scans cleaned at a time on this machine
     _: KW_ONLY
     resume: bool = False  # skip scans that are done
-    stop: bool = False  # stop after the first scan that fails
+    stop: bool = False  # stop after the first scan that fails or breaks a guard
     sample: int | None = None  # do only this number of scans, which are spread over all sizes
     report: bool = False  # make a page for every cleaned scan, and one for the batch
     written: tuple[Path, ...] = field(default=(), init=False)  # the written files about the whole batch
