@@ -224,7 +224,7 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
     if (chosen & ~region).any():
         notes.append(_staying(chosen, int((chosen & region).sum())))
     if lower:
-        notes.append(f"{lower} of {len(filling.closed)} parts could not be placed with {energy!r}, only with a simpler energy.")
+        notes.append(f"{lower} of {len(filling.closed)} parts of the region needed a simpler energy than {energy!r}.")
     return Edit(
         **additions(layer, filling.new_vertices, filling.new_faces),
         delete_vertices=np.concatenate([region, np.zeros(new_vertices, dtype=np.bool_)]),

@@ -70,7 +70,7 @@ def chosen_projection(
     A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
     and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
     wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are nearer to the true
-    surface than the points of the cloud are. This comparison takes the noise level of the calmest part for the whole cloud.
+    surface than the points of the cloud are. This comparison estimates the noise of the cloud from that of its calmest part.
 
     The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
@@ -211,10 +211,10 @@ class CloudSample:
     def without(self, held: Ints) -> tuple[Floats, Floats]:
         """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
-        Each held-out point moves along its normal to a quadric fitted to the other points. Noise is added until it is as noisy as
-        the cloud, since filters run on noisy points. Deviations are from the held-out point, whose noise is s. A result at
-        distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by (1 + g^2) s^2. Doing nothing
-        is scored as a second point with noise s, which deviates by 2 s^2.
+        Each held-out point moves along its normal to a quadric fitted to points that are not held out. Noise is added until the
+        point is as noisy as the cloud, since filters run on noisy points. Deviations are from its old place, with the noise s. A
+        result at distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by (1 + g^2) s^2.
+        Doing nothing is scored as a second point with noise s, which deviates by 2 s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)

@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns the repertoire with fixed values. Values of chains exclude Taubin steps alone, 0 rounds exclude the chains."""
+        """Returns the repertoire with these values; 0 rounds exclude chains, else any `filtering` excludes Taubin steps alone."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])

@@ -181,7 +181,7 @@ def test_taubin_is_replaced_on_a_closed_mesh_alone(sphere: Path, tmp_path: Path)
     """Without a mesh the message asks for one; an open one is refused."""
     ours = script(tmp_path / "ours.mlx", TAUBIN)
     unknown = invoke("export", ours, "-o", tmp_path / "plain.mlx")
-    assert "say with --for MESH which mesh it is for" in unknown.stderr
+    assert "say with --for MESH which mesh the script is for" in unknown.stderr
     with pytest.raises(ScriptError, match="and this one is open"):
         export_script(read_script(ours), mesh=replace(CLOSED, closed=False))
     told = invoke("export", ours, "-o", tmp_path / "plain.mlx", "--for", sphere)

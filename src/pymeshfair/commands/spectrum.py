@@ -24,7 +24,7 @@ def spectrum(
     mesh: Annotated[Path, Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
     output: Annotated[Path | None, Option("--output", "-o", metavar="PICTURE", help="A .png, .svg or .pdf file to draw.")] = None,
     after: Annotated[Path | None, Option(metavar="MESH2", help="Compare with this mesh.")] = None,
-    modes: Annotated[int, Option(help="The number of lowest modes that are listed one by one.", min=0)] = 50,
+    modes: Annotated[int, Option(help="The number of lowest modes that --json lists and PICTURE draws one by one.", min=0)] = 50,
     timeout: Timeout = None,
     overwrite: Overwrite = False,
     json: Json = False,

@@ -471,7 +471,7 @@ def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Flo
 def _patched_text(
     mesh: MeshData, document: ObjDocument, normals: Floats, of_corners: Longs | None, writing: Writing
 ) -> bytes | None:
-    """Returns the original text with new numbers and the output's material file; None if elements or attributes differ."""
+    """Returns the text of the file with new numbers and material file; None if the mesh needs other lines than the file has."""
     former = document.mesh
     colors, before = mesh.vertex_attributes.get("colors"), former.vertex_attributes.get("colors")
     painted = not are_equal(colors, before)
@@ -510,7 +510,7 @@ def _patched_text(
 
 
 def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | None) -> Floats | None:
-    """Returns the new normals of the ``vn`` lines; None if a line would need several normals."""
+    """Returns the new normals of the ``vn`` lines; None if a line would need several, or a corner lacks a line."""
     if of_corners is None or document.corner_normals is None:  # a cloud, or no corner has a normal
         return normals if len(normals) == len(document.normals) else document.normals
     if normals is document.normals:

@@ -250,7 +250,7 @@ def warnings_of(
         yield (
             f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean edges: "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
-            "makes that an error"
+            "makes such a move an error"
         )
     if change.folded:
         where = ", ".join(f"{c:.6g}" for c in change.folded.place)
@@ -263,7 +263,7 @@ def warnings_of(
         yield (
             f"{change.relief_lost:.0%} of the relief apart from noise is gone: compare the result with the scan; if that "
             f"was detail: {', or '.join([*remedies, 'leave it as it is'])}; `pymeshfair suggest` tries recipes and shows "
-            "the relief that each would take"
+            "the relief that each would remove"
         )
 
 

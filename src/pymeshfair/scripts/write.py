@@ -147,6 +147,6 @@ def _equivalent(step: Step, *, closed: bool, has_mesh: bool) -> tuple[Step, str]
     builtin = find_filter(equivalent.filter)
     if equivalent.closed_only and not closed:
         open_mesh = "and this one is open, or an earlier step may open it or make a selection"
-        unknown = "say with --for MESH which mesh it is for"
+        unknown = "say with --for MESH which mesh the script is for"
         return step, f"{why}: {builtin.name!r} does the same only on closed meshes, {open_mesh if has_mesh else unknown}"
     return Step(builtin, builtin.with_defaults(equivalent.values), step.line), ""

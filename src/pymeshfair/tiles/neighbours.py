@@ -410,7 +410,7 @@ class NormalTiles(PointTiles):
         """Returns the parts to flip, ascending, so that connected parts agree, and the sum of their normals points up."""
         parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
-        both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # each pair occurs in both orders
+        both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # a pair may occur in both orders
         votes = np.bincount(at.ravel(), votes, minlength=len(both))
         component, signs = _oriented(len(parts), both[:, 0], both[:, 1], votes / (np.abs(votes).max(initial=0.0) or 1.0))
         up = np.bincount(component, signs * ups, minlength=len(parts))
