@@ -157,9 +157,9 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
 def has_even_shared_noise(scan: Scan) -> bool:
     """Whether the residuals of a scan are even noise that vertices share with those one or two rings away.
 
-    Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. Shared noise,
-    over white noise, grows from scale 2 to 4, and less from 4 to 8; a surface goes on growing. The kurtosis of noise is nearer to
-    that of a normal distribution, 3, than to those of a uniform one, 1.8, and of Laplace's, 6.
+    Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. The
+    level of shared noise, divided by that of white noise, grows from scale 2 to 4, and less from 4 to 8; that of a curved surface
+    goes on growing. The kurtosis of noise is nearer to 3, as of a normal distribution, than to 1.8 (uniform) or 6 (Laplace).
     """
     if not scan.scored.any():
         return False

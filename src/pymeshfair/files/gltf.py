@@ -31,7 +31,7 @@ _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 #: attributes that are read, each with the allowed numbers of components, and the numpy kinds of components allowed besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
-#: required extensions that are accepted: integer positions and normals; and unlit materials, which are ignored
+#: required extensions that are accepted: integer positions and normals; and unlit materials, which are read as lit ones
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 #: tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation

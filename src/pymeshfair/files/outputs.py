@@ -150,7 +150,7 @@ class Saved:
     output: StagedFile
     side_files: tuple[StagedFile, ...]  # its textures and material file
     reused: tuple[Path, ...]  # textures of the output that were in place already
-    warnings: tuple[str, ...]  # contents of the mesh that the file does not hold
+    warnings: tuple[str, ...]  # on contents left out, rounded coordinates and missing textures
 
 
 @dataclass(frozen=True)

@@ -98,13 +98,13 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
-    relief = f"relief from {shortest:g} mean edges on" if shortest else "relief apart from noise"
+    relief = f"relief with waves from {shortest:g} mean edges on" if shortest else "relief apart from noise"
     kept = [] if lost is None else [f"{_percent(max(0.0, 1.0 - lost))} of the {relief}"]
     if change["sharp_kept"] is not None:
         kept.append(f"{_percent(change['sharp_kept'])} of the length of sharp edges, including those of noise")
     if kept:
-        unknown = "the" if lost is None else "shorter" if shortest else ""
-        note = f"; {unknown} relief cannot be distinguished from noise" if unknown else ""
+        unknown = "the relief" if lost is None else "shorter waves" if shortest else ""
+        note = f"; {unknown} cannot be distinguished from noise" if unknown else ""
         lines.append(f"kept: {', '.join(kept)}{note}")
     if change["turned"]:
         verdict = "a fault: more" if change["folded"] else "no fault: no more"

@@ -1,6 +1,6 @@
 """Serves the tuning page: shows a recipe as controls, and exchanges JSON documents and binary meshes over one web socket.
 
-A request needs the token, the server's own page as its origin, and a name of this machine as its host.
+A request needs the token and a name of this machine as its host; to open the socket, also the server's own page as its origin.
 """
 
 import asyncio
@@ -80,7 +80,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 def script_with(script: Script, settings: Sequence[Any]) -> Script:
     """Returns the script with the steps that are switched on and the page's values; raises `ChoiceError` for a wrong value.
 
-    Values are texts by parameter name, in the form for `parse_value`; an empty text, if no `String`, keeps the script's value.
+    Values are texts by parameter name, as for `parse_value`; an empty text keeps the script's value, except for a `String`.
     """
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
@@ -363,7 +363,7 @@ class Conversation:
         self._start(self._send_results(running, about))
 
     async def _send_results(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
-        """Sends the mesh of a run, and later its numbers."""
+        """Sends the mesh of a run with its warnings, and later its measures."""
         try:
             numbers, scene = await asyncio.shield(running)
             await self._send("result", scene, **about, **numbers)
