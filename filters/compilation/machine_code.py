@@ -217,7 +217,7 @@ def most_threads() -> int:
 
 @cache
 def start_threads() -> tuple[Any, Any]:
-    """Starts the threads; returns the function that sets how many the calling thread uses, and a lock, empty with OpenMP."""
+    """Starts the threads; returns a function that sets how many the calling thread uses, and a lock that OpenMP does not need."""
     import llvmlite.binding as llvm
 
     lock: Any = nullcontext()

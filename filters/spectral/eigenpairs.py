@@ -41,7 +41,7 @@ BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
-#: Vectors added to the first of these sizes; ten times as many to the limit. They matter if few modes are wanted.
+#: Vectors added to the size at the first test, and ten times as many to the limit. They matter if few modes are wanted.
 _SMALL = 40
 #: Every so many blocks, the block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
 _RENEWAL = 2
@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Earlier modes at the edge of a band contain a little of the modes beyond it: the new ones are made orthogonal to them.
+        # Earlier modes at the edge of their band contain a little of the new modes: make the new orthogonal to the earlier modes.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)

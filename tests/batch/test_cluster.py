@@ -111,7 +111,7 @@ def test_workers_that_are_not_fit_are_refused_before_anything_begins(tmp_path: P
     done = run_batch("smooth_taubin", scans, "-o", tmp_path / "out", "--scheduler", scheduler.address)
     assert done.returncode == 1
     assert f"{2 if blind else 1} of {3 if blind else 2} workers cannot take part, and nothing was begun" in done.stderr
-    assert "it has pymeshfair 0.0.9, and this machine" in done.stderr
+    assert "it has pymeshfair 0.0.9, and the client" in done.stderr
     assert (f"it does not see the folder of outputs {tmp_path / 'out'}" in done.stderr) == bool(blind)
     assert journal_of(tmp_path / "out") == []
     assert not list((tmp_path / "out").glob("*.ply"))

@@ -33,7 +33,7 @@ def test_a_worker_that_differs_says_how(tmp_path: Path) -> None:
     with conditions(folder, recipe, [input]) as wanted:
         assert pickle.loads(pickle.dumps(wanted)).unfit() == []
         assert replace(wanted, packages={**wanted.packages, "numba": "0.1"}).unfit()[0].startswith("it has numba ")
-        assert replace(wanted, digest="0" * 64).unfit()[0].startswith("the recipe means something else there")
+        assert replace(wanted, digest="0" * 64).unfit()[0].startswith("it reads the recipe differently")
         unknown = wanted.recipe.replace(b"apply_coord_taubin_smoothing", b"apply_coord_taubin_smoothinX")
         assert "apply_coord_taubin_smoothinX" in replace(wanted, recipe=unknown).unfit()[0]
         assert replace(wanted, token="other").unfit() == [f"it does not see the folder of outputs {folder}"]

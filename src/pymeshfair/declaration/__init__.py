@@ -122,9 +122,9 @@ class Edit:
 
     The layer has n vertices and m faces; N = n + a and M = m + b include the added elements, which come last.
 
-    An edit may leave attributes of added elements unset: then scalars and texture coordinates come from the nearest old element,
-    and colours are a blend of the colours around. All corners of an added face get one texture coordinate, where the image has
-    about the blended colour. Added elements are not selected, custom attributes are 0, normals follow from the coordinates.
+    An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from the nearest
+    old element, and colours are a blend of the colours around. All corners of an added face get one texture coordinate, where the
+    image has about the blended colour. Added elements are not selected, custom attributes are 0, normals follow from coordinates.
 
     Added elements have side effects in MeshLab: a mesh with texture coordinates only at face corners also gets them at vertices;
     a mesh of polygons without triangles becomes a triangle mesh; new face scalars make faces of a mesh without colours white.

@@ -78,7 +78,7 @@ class _Node:
 def _check_type(type: str) -> None:
     """Refuses a node whose type is in `_REFUSED`."""
     if type in _REFUSED:
-        raise ContentsError(f"it has a node of the type {type}, which leads out of the file; save it without such nodes")
+        raise ContentsError(f"it has a node of the type {type}, which is not supported; save it without such nodes")
 
 
 def _defined_node(names: Mapping[str, _Node], name: str) -> _Node:

@@ -234,7 +234,7 @@ class Appearance:
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
     columns: int = 4  # the largest number of panels in a row
     limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
-    tolerance: float = 0.0  # distances within the tolerance have one colour; 0 for no tolerance
+    tolerance: float = 0.0  # in a diverging coloring, numbers within it have one colour; 0 for no tolerance
     unit: str = ""  # the unit of the scan, or empty
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:

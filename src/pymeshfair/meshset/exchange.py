@@ -49,7 +49,7 @@ class Arrays:
 
 
 def as_meshlab(arrays: Arrays) -> Any:
-    """Returns a `pymeshlab.Mesh` of the arrays, with no values but the scalars; `add_values` adds the other values."""
+    """Returns a `pymeshlab.Mesh`; of `of_vertices` and `of_faces` it has only the scalars, `add_values` adds the others."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
         "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,

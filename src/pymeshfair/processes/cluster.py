@@ -106,14 +106,14 @@ class Conditions:
         """Returns the reasons why this process cannot be a worker; empty if it can."""
         installed, folder = packages_here(), self.probe.parent
         reasons = [
-            f"it has {f'{name} {installed[name]}' if installed[name] else f'no {name}'}, and this machine {version or 'none'}"
+            f"it has {f'{name} {installed[name]}' if installed[name] else f'no {name}'}, and the client {version or 'none'}"
             for name, version in self.packages.items()
             if installed[name] != version
         ]
         try:
             if (digest := pickle.loads(self.recipe).digest) != self.digest:
                 means = f"checksum {digest[:12]} in place of {self.digest[:12]}"
-                reasons.append(f"the recipe means something else there ({means})")
+                reasons.append(f"it reads the recipe differently ({means})")
         except PymeshfairError as error:
             reasons.append(f"it cannot read the recipe: {error}")
         try:

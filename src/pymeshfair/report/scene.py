@@ -28,7 +28,7 @@ from ..mesh_data import MeshData
 MOST_FACES = 120_000
 #: the largest number of points of a cloud in a browser
 MOST_POINTS = 200_000
-#: a mesh with far more faces is first thinned on a grid, to about this many times the number of faces after decimation
+#: a mesh with far more faces than `MOST_FACES` is first thinned on a grid, to about this many times `MOST_FACES`
 _THINNED = 2
 
 
@@ -120,7 +120,7 @@ class Marker:
 
     place: tuple[float, float, float]  # (x, y, z)
     label: str  # its text
-    mesh: int = 1  # the number of its mesh
+    mesh: int = 1  # the index of its mesh in the scene, from 0
 
 
 @dataclass(frozen=True)

@@ -145,12 +145,12 @@ ROWS = (
     (
         "script.wrl",
         vrml() + 'Script { url "javascript:x" }\n',
-        "it has a node of the type Script, which leads out of the file; save it without such nodes",
+        "it has a node of the type Script, which is not supported; save it without such nodes",
     ),
     (
         "proto.wrl",
         "#VRML V2.0 utf8\nPROTO A [ ] { A {} }\n" + vrml()[16:],
-        "it has a node of the type PROTO, which leads out of the file; save it without such nodes",
+        "it has a node of the type PROTO, which is not supported; save it without such nodes",
     ),
     ("trans.wrl", "#VRML V2.0 utf8\nTransform { scale 2 2 2 children [ " + vrml()[16:] + " ] }", (3, 1)),
     (
@@ -205,7 +205,7 @@ ROWS = (
     (
         "script.x3d",
         x3d(more='<Script url="x.js"/>'),
-        "it has a node of the type Script, which leads out of the file; save it without such nodes",
+        "it has a node of the type Script, which is not supported; save it without such nodes",
     ),
     (
         "use.x3d",
@@ -215,7 +215,7 @@ ROWS = (
     (
         "proto.x3d",
         x3d(more='<ExternProtoDeclare url="x" name="a"/>'),
-        "it has a node of the type ExternProtoDeclare, which leads out of the file; save it without such nodes",
+        "it has a node of the type ExternProtoDeclare, which is not supported; save it without such nodes",
     ),
     ("tri.x3d", x3d().replace("IndexedFaceSet", "IndexedTriangleSet").replace('coordIndex="0 1 2 -1"', 'index="0 1 2"'), (3, 1)),
     (
