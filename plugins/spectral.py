@@ -106,7 +106,7 @@ def apply_coord_detail_enhancement(
 
     Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay. Near
     open borders and in thin parts vertices move less. Returns the two wavelengths, the height of the input's relief (root mean
-    square), the largest displacement, and the share of the vertices that move half as far or less because of a thin part or gap.
+    square), and the largest displacement.
 
     Args:
         gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes nothing.

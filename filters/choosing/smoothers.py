@@ -45,11 +45,11 @@ def chosen_amount(
         smooth: the smoother.
         amounts: the amounts to try, ascending; 0, which does nothing, is tried, too.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
-        seed: selects the held-out vertices.
+        seed: selects the held-out vertices and the noise that `Scan.choose_by_risk` adds.
         progress: called while amounts are tried; may raise to stop.
 
     Returns:
-        The choice; None if no vertex can be held out or the scan is certainly clean.
+        The choice; None if the scan has too few vertices to judge by or is certainly clean.
 
     Raises:
         FilterInputError: not a mesh, or `movable` does not fit.

@@ -259,7 +259,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
 
 
-#: Samples of a function: their least number; and the least product of their number and the `width` for `chebyshev_series`.
+#: `chebyshev_series` takes at least `_FIRST_SAMPLES` samples of a function, and at least `_SAMPLES_A_WIDTH` / `width`.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
 #: Coefficients below this share of the largest coefficient are rounding errors.
 _NOTHING = 1e-15
@@ -407,7 +407,7 @@ def fused_row_product(matrix: CompressedRows, i: Any, x: Floats) -> tuple[float,
 
 @compiled(parallel=True, fastmath={"contract"})
 def _advance(matrix: CompressedRows, now: Floats, before: Floats, total: Floats, coefficient: float, factor: float) -> None:
-    """Computes before = factor (B now) - before and total += coefficient before in place, in one pass over the rows of B."""
+    """Sets `before` to factor * (B now) - before, then adds coefficient * before to `total`, in one pass over the rows of B."""
     for row in prange(now.shape[0]):
         i = np.uint64(row)
         x, y, z = fused_row_product(matrix, i, now)

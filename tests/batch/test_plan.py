@@ -113,7 +113,7 @@ def test_outputs_are_named_after_inputs(folder: Path) -> None:
         (("b.ply",), "", ".", "b.ply, the output of .*b.ply, is the input"),
         (("b.ply", "deep/c.ply"), "{stem}_{parent}.ply", ".", None),
         (("b.ply",), "../b2.ply", "out", "would lie outside"),
-        (("b.ply",), "{stam}.ply", "out", r"cannot be made; it may have \{stem\}"),
+        (("b.ply",), "{stam}.ply", "out", r"cannot be made from .*; it may have \{stem\}"),
         (("b.ply",), "{", "out", "cannot be made"),
     ],
 )

@@ -232,7 +232,7 @@ def _output_name(name: str, request: RequestedScan, number: int) -> str:
     try:
         return name.format(**values)
     except (KeyError, IndexError, ValueError, AttributeError):
-        raise ParameterError(f"output names by {name!r} cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
+        raise ParameterError(f"output names cannot be made from {name!r}; it may have {', '.join(PLACEHOLDERS)}") from None
 
 
 def _check_collisions(scans: Sequence[Scan]) -> None:
@@ -257,7 +257,7 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
         listed = "\n".join(f"  {problem}" for problem in problems[:_LISTED])
         raise ParameterError(
             f"outputs would be lost:\n{listed}{more}\n"
-            f"give another folder, or names that differ by --name with {', '.join(PLACEHOLDERS)}"
+            f"give another folder, or a --name in which {', '.join(PLACEHOLDERS)} make the names differ"
         )
 
 

@@ -197,7 +197,7 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
         steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps
         if trial["relaxation"]:
-            steps.append(f"{trial['relaxation']} Taubin steps")
+            steps.append(f"{trial['relaxation']} pairs of Taubin steps")
         if parameters is not None:
             steps.append(
                 f"{parameters['outer_iterations']} rounds of {parameters['method']} {parameters['range_kernel']} "

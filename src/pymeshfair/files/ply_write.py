@@ -27,7 +27,7 @@ _ROUNDING = 1e-3
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
-    """Writes a mesh whose matrix is None; if `writing` is None, coordinates keep the type of the source file."""
+    """Writes a mesh, whose `matrix` must be None. If `writing` is None, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
         names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
         document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))

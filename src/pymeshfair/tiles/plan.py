@@ -69,7 +69,7 @@ class PlannedStep:
     step: int  # its number, from 1
     filter: str  # the Python name
     values: Mapping[str, Any]  # the values of its parameters
-    deletes: bool = False  # whether the next step, or `DUPLICATES` itself, deletes the selected points
+    deletes: bool = False  # whether the points that it finds are deleted: by itself if it is `DUPLICATES`, else by the next step
 
     @property
     def is_on_cloud(self) -> bool:
@@ -188,7 +188,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
-            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave the others 'auto'"
+            f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave all else 'auto'"
         )
     return parameters
 
