@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
 
-#: Brightness is 1 for cosines above this value, and 0 for cosines below minus this value; smaller values sharpen the stripes.
+#: `reflection_stripes` are 1 where cos(stripes x angle) is above this value, 0 where below minus it; smaller values sharpen them.
 _SOFTNESS = 0.25
 
 

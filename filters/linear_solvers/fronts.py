@@ -34,7 +34,7 @@ class Fronts(NamedTuple):
     order: Ints  # (n,) the row of the matrix at each place
     places: Ints  # (n,) the place of each row
     firsts: Longs  # (groups + 1,)
-    lows: Longs  # (groups,) the first row of the subtree below each group; the group adds the waiting updates of this subtree
+    lows: Longs  # (groups,) the first row of the subtree of each group in the elimination tree
     starts: Longs  # (groups + 1,)
     rows: Ints  # the updated rows, ascending in each group
     numbers: Longs  # (groups + 1,) where each group's entries of L begin

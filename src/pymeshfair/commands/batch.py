@@ -59,8 +59,8 @@ def batch(
 ) -> None:
     """Clean many mesh files with a recipe.
 
-    Each file is cleaned in a process of its own; a failure stops only that file. FOLDER also gets batch.csv and batch.json with a
-    row for each file, and batch.jsonl, the journal from which --resume continues.
+    Worker processes clean the files; without --stop, a file that fails stops no other. FOLDER also gets batch.csv and batch.json
+    with a row for each file, and batch.jsonl, the journal from which --resume continues.
     """
     from ..batch.plan import expand, plan_scans, without_outputs
     from ..batch.work import Task

@@ -45,7 +45,7 @@ class Length:
     """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
 
     Written as ``"0.3"``, ``"1%"`` or ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
-    Only limits of a result, not parameters, may have a unit, as in ``"0.05mm"``.
+    Parameters of filters take no unit such as mm; limits of a result and tolerances may have one, as in ``"0.05mm"``.
     """
 
     amount: float

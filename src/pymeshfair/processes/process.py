@@ -89,7 +89,7 @@ class Process:
 
         Args:
             order: the work.
-            take: called with each item except the answer; if it raises, the wait ends.
+            take: called with each event, each line on stderr and each item of other threads; if it raises, the wait ends.
             items: the queue for items, to which other threads may also add.
             pulse: called before each wait for an item; returns how many seconds it may last. If it raises, the wait ends.
         """

@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to subdivide a triangle to get `vertices` vertices and `faces` faces without its own corners."""
+    """Returns how often to divide the seed for `vertices` usable vertices and `faces` faces with all corners made by cutting."""
     times = 1
     while True:
         side = 2**times
