@@ -49,7 +49,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     Args:
         neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
-        extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives lower
+        extent: How far beyond the usual distance the probability reaches 0.68, in standard deviations. Larger gives lower
             probabilities, so fewer points are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
@@ -76,8 +76,8 @@ def compute_selection_by_stray_points_per_vertex(
 
     Args:
         neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take longer.
-        sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
-            sparser parts of a scan, but also more of the hazes.
+        sparseness: Points whose neighbours are farther than this many times the median distance are usually selected. Larger
+            keeps sparser parts of a scan, but also more of the hazes.
         smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """

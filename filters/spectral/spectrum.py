@@ -146,7 +146,7 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 
 
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """Adds mass where S_ii / M_i is highest, see `spectrum`; twice the highest S_ii / M_i bounds kappa."""
+    """Adds mass where S_ii / M_i is highest, see `spectrum`; twice the highest S_ii / M_i then estimates the largest kappa."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")

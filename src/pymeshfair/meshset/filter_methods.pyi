@@ -3730,8 +3730,8 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
                 probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
-            extent: How far beyond the usual distance a point is certainly an outlier, in standard deviations. Larger gives
-                lower probabilities, so fewer points are selected. Takes a number of at least 0.1.
+            extent: How far beyond the usual distance the probability reaches 0.68, in standard deviations. Larger gives lower
+                probabilities, so fewer points are selected. Takes a number of at least 0.1.
             threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
                 1.
 
@@ -3832,8 +3832,8 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take
                 longer. Takes a whole number of at least 1.
-            sparseness: Points whose neighbours are farther than this many times the median distance are selected. Larger keeps
-                sparser parts of a scan, but also more of the hazes. Takes a number of at least 1.
+            sparseness: Points whose neighbours are farther than this many times the median distance are usually selected.
+                Larger keeps sparser parts of a scan, but also more of the hazes. Takes a number of at least 1.
             smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps. Takes a whole
                 number of at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.

@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points with the place or cell of an earlier point; takes (first row in `results`, bucket) of a file's buckets."""
+    """Marks points with the place or cell of an earlier point; takes (first row in `results`, bucket) for buckets in one file."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -46,7 +46,7 @@ class OutlierTiles(PointTiles):
 
     result = "<f8", 1
 
-    distances = Stored("<f8")  # root mean square distances of the neighbours by slot, divided by the scale of the cells
+    distances = Stored("<f8")  # root mean square distances of the neighbours by slot (see `Cells`), divided by `Cells.scale`
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.85))

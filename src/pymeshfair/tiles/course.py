@@ -64,7 +64,7 @@ def run_by_tiles(
     Raises:
         ScriptError: a step cannot be done by tiles.
         ParameterError: no steps, too little memory, or an option that needs the whole mesh.
-        InputError, OutputError, StepFailedError, TileError, KeyboardInterrupt: as in `run_job`.
+        InputError, OutputError, StepFailedError, KeyboardInterrupt: as in `run_job`. TileError: a task of a tile failed.
     """
     plan, memory, share = check(job)
 
