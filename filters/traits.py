@@ -14,8 +14,8 @@ from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
 
 #: "noise": `shared_noise`, or if it is 0 `Scan.surface_noise`, in mean edges. "sharpness": see `sharpness`.
-#: "facing": `seen_from_one_side`, 1/2 for half a sphere and at least 0.4 for a range map. "camera noise": 1 if neighbours share
-#: their noise, else 0. "longest edge": in mean edges.
+#: "facing": `seen_from_one_side`, 1/2 for half a sphere and at least 0.4 for a range map. "camera noise": 1 if `shared_noise`
+#: is above 0, else 0. "longest edge": in mean edges.
 Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 
 

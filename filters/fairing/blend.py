@@ -16,7 +16,7 @@ from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-# `one_is_inside_out` answers only if the neck for its answer bends at most `_CLEARLY` times as much as for the other answer.
+# `one_is_inside_out` gives None if the smaller of the two bendings that it compares is above `_CLEARLY` times the larger.
 _CLEARLY = 0.5
 # If the centres of two rims are closer than this many mean radii, the line between them does not give the direction of the neck.
 _NEAR = 1.0

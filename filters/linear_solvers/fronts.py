@@ -111,7 +111,7 @@ def _put_back(order: Ints, y: Floats, x: Floats) -> None:
 
 
 def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Longs, Longs]:
-    """Returns about `count` disjoint subtrees of similar size, as (p, 2) ranges of groups, and the groups above all of them."""
+    """Returns (p, 2) ranges of groups, about `count` parts of similar size (a subtree or several trees); and the groups above."""
 
     def subtrees(low: int, high: int) -> list[tuple[int, int]]:
         """Returns the largest subtrees with rows from `low` to before `high`, as ranges of groups."""
