@@ -350,7 +350,7 @@ def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: 
             continue
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
-            raise DeclarationError(f"annotate {name!r} as Annotated[type, Float(...)] or another parameter")
+            raise DeclarationError(f"annotate {name!r} as Annotated[type, Float(...)], with Float or another class of parameters")
         parameter = replace(
             described[0],
             name=name,

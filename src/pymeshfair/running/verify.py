@@ -84,8 +84,6 @@ def verify_output(
 
 
 class _Plan(NamedTuple):
-    """The plan to repeat a run."""
-
     job: Job
     files: Sequence[str]  # the names of the output and its side files
     unrepeatable: Mapping[str, float]  # the random filters, each with the tolerance for its results as a share of the diagonal
@@ -194,4 +192,5 @@ def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[s
     for kind, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
         far = max(float(spatial.cKDTree(q).query(p)[0].max()) for p, q in ((a, b), (b, a))) if len(a) else 0.0
         if far > tolerance * diagonal:
-            yield f"a {kind} is {far / diagonal:.2g} diagonals from the nearest one; random differences are at most {tolerance:g}"
+            words = f"a {kind} is {far / diagonal:.2g} diagonals from the nearest one of the other output"
+            yield f"{words}; random differences are at most {tolerance:g}"
