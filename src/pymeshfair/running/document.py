@@ -67,7 +67,7 @@ class Document:
 
     @property
     def state(self) -> State | None:
-        """A snapshot of the layers; None while only the door has one of them."""
+        """A snapshot of the layers; None if the mesh of a layer is only in the door."""
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None

@@ -44,7 +44,7 @@ class Job:
     guards: Guards = NO_GUARDS  # limits, which override those of the recipe
     keep_broken: bool = False  # write the output even if a limit is broken
     map: Path | None = None  # the .ply file for the intervention map, or None
-    map_tolerance: Length | None = None  # in the map, vertices that moved by at most this count as kept; None: 0
+    map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before the warnings of the run

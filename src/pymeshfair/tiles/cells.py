@@ -1,4 +1,4 @@
-"""Divides points into buckets that fit into memory, and each bucket into cells; the slot of a point is its row in the files.
+"""Divides points into buckets that fit into memory, and buckets into cells; a point's slot is its row in the files of `Cells`.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie

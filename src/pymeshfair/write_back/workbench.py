@@ -157,7 +157,7 @@ class Workbench:
             BASE.set_current_mesh(self.meshset, current)
 
     def move_to(self, mesh: Any, places: NDArray[np.float64]) -> None:
-        """Moves the vertices of the current layer, which has faces, exactly to (n, 3) places; raises `MeshError` if it fails."""
+        """Moves the vertices of the current layer, which must have faces, exactly to (n, 3) places, or raises `MeshError`."""
         with self.helper_layer(pymeshlab.Mesh(vertex_matrix=places)) as target:
             for _ in range(_MOST_MORPHS):
                 self.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
