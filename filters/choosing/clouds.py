@@ -212,9 +212,9 @@ class CloudSample:
         """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
         Each held-out point moves along its normal to a quadric fitted to points that are not held out. Noise is added until the
-        point is as noisy as the cloud, since filters run on noisy points. Deviations are from its old place, with the noise s. A
-        result at distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by (1 + g^2) s^2.
-        Doing nothing is scored as a second point with noise s, which deviates by 2 s^2.
+        point is as noisy as the cloud, since filters run on noisy points. Deviations are measured from its old place, which has
+        the noise s. A result at distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by
+        (1 + g^2) s^2. Doing nothing is scored as a second point with noise s, which deviates by 2 s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)

@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads two rows of `measure_faces`, 16 numbers.
+# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads two rows (16 numbers) of `measure_faces`.
 _SIZE = 6
 
 

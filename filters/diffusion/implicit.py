@@ -115,9 +115,9 @@ def implicit_fairing(
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border. The
-        others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9 if t is more
-        than a million squared edges. Deterministic, for any number of threads.
+        (n, 3) float64. Fixed vertices keep every bit: those of a mesh that no face uses, those not `movable`, those on a fixed
+        border. The others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9
+        if t is more than a million squared edges. Deterministic, for any number of threads.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, or a volume that nearly vanishes and cannot be preserved.
@@ -229,7 +229,7 @@ class BackwardEulerStep:
     def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, solves: int = 1) -> None:
         """Takes L on n vertices, t in the unit of 1 / L, and the number of solves; `components` are labels from 0, -1 for none.
 
-        The displacement of the (n,) `fixed` vertices is prescribed. Vertices whose edges all have weight 0 stay too, and so do
+        The displacement of the (n,) `fixed` vertices is prescribed. So is that of vertices whose edges all have weight 0, and of
         components without mass, which the equation does not determine.
         """
         t = min(time_step, LONGEST_STEP)

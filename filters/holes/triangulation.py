@@ -125,7 +125,7 @@ def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPai
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two corners at the same vertex both have a diagonal to another vertex: forbid the second diagonal.
+        # Two diagonals with different corners join the same two vertices: forbid the second diagonal.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 

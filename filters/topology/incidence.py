@@ -227,7 +227,7 @@ def _listed_by_vertex(
     """Returns (n + 1,) int64 offsets, and the entries of all vertices in one array.
 
     `count` adds the number of entries of vertex i to ``offsets[i + 2]``; their cumulative sums are the starts ``offsets[i + 1]``.
-    `fill` writes each entry at ``offsets[i + 1]`` and increments this offset, so entries of vertex i end up at ``offsets[i]``.
+    `fill` writes each entry at ``offsets[i + 1]`` and increments this offset; in the end those of i start at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     # Large arrays are allocated by numpy and not in kernels, because numpy requests huge pages, which are twice as fast.

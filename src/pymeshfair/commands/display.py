@@ -64,7 +64,7 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
-        # The first condition only says that there are faces; it is left out if there are more conditions.
+        # The first condition only says that the scan is a mesh, a cloud or curves; it is left out if there are more conditions.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)

@@ -99,7 +99,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """The values that the automatic filter reports on the scan; the filter runs in a process of its own."""
+    """The values that `FILTER` reports on the scan; the filter runs in a process of its own."""
     from ..running.read import reported_values
     from .display import progress
 
@@ -149,7 +149,7 @@ def _trials(
 
 
 def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None:
-    """A recipe of the filter with explicit values; None if there is no noise to remove."""
+    """A recipe of `FILTER` with explicit values; None if there is no noise to remove."""
     from ..recipe import Recipe
     from ..registry import find_filter
     from ..scripts.script import Script, Step
@@ -175,8 +175,8 @@ def _summary(scan: Path, values: dict[str, Any], noise: float) -> str:
 
 def _sureness(values: dict[str, Any]) -> str:
     if values["sure"]:
-        return "sure: the noise of neighbours is independent, and hardly any other setting predicts as well"
-    return "not sure: several settings predict as well, or details may look like noise; compare pictures"
+        return "sure: the noise of neighbours is independent, and hardly any other setting is as good"
+    return "not sure: several settings are equally good, or details may look like noise; compare pictures"
 
 
 def _kind(values: dict[str, Any]) -> str:

@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks points with the place or cell of an earlier point; takes (first row in `results`, bucket) for buckets in one file."""
+    """Marks all but the first point of each place or cell; takes (first row in `results`, bucket) for buckets in one file."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
