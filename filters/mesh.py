@@ -51,7 +51,7 @@ _RUN = 64
 #: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
 #: of ill-conditioned equations.
 FURTHEST = 2.0
-# Neighbours are near in memory if their numbers differ by at most this: twice as many points fill a third of a 1 MB cache.
+# Points are near in memory if their numbers differ by at most this; all points near one point fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
 # A reordering takes as much time as it saves in this many sweeps (passes over all one-rings), as measured.

@@ -107,15 +107,15 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
     Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-    parameters apply to all settings. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in
+    parameters keep their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in
     mean edges), and how many faces look away from the faces around them, before and after.
 
     Args:
         vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.
         outer_iterations: The number of rounds of filtering normals and moving vertices; more rounds smooth more. 20 to 30 rounds
-            of one normal iteration keep edges better than one round of 20 iterations. 0: only outliers and relaxation.
+            of one normal iteration keep edges better than one round of 20 iterations. 0: normals are not filtered.
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
-            mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+            mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations of normals.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
             moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise, 'undo'
@@ -157,8 +157,8 @@ def apply_coord_normal_filtering(
             notes = (NOTHING_TO_REMOVE,)
         elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
             notes = (
-                "the noise of neighbours is correlated, and the filter is chosen by the faces inside: at the border, as at "
-                "silhouettes, faces may be farther from the true surface than before",
+                "neighbouring vertices share their noise, and the border does not count in the choice of the filter: faces at "
+                "the border, as at silhouettes, may be farther from the true surface than before",
             )
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
@@ -260,7 +260,7 @@ def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
     if slivers <= MANY_SLIVERS:
         return ()
     why = f"{slivers:.0%} of the triangles are slivers, which noise folds over"
-    return (f"{after} faces are folded over, {before} were before; {why}: remesh it first, or use Taubin Fairing",)
+    return (f"{after} faces are folded over, {before} were before; {why}: remesh first, or use Taubin Fairing",)
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

@@ -19,7 +19,7 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: For each family of filters, one iterator over its (n, 3) results. Threads read each iterator only as far as needed.
+#: For each family (candidates that smooth more and more), an iterator over its (n, 3) results. Threads read it as far as needed.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
 #: A function that takes (n, 3) vertices and the indices of the held-out vertices, and returns the runs.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations; the index of the best."""
 
-    errors: Floats  # with one m of `scores_of` for all vertices, to be compared with noise levels
+    errors: Floats  # clipped by one m for all vertices, see `scores_of`, so that noise levels can be compared with them
     excess: Floats
     uncertainty: Floats
     best: int

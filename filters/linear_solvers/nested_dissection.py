@@ -13,7 +13,7 @@ from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
 _LEAF = 16
-#: In `_cut` a level costs its size times 1 + `_UNEVEN` |s - 1/2|, where s is the share of the part's vertices up to its end.
+#: In `_cut` a level costs its size times 1 + `_UNEVEN` |s - 1/2|; s is the share of the part's vertices up to the level's end.
 _UNEVEN = 0.5
 #: A large graph is cut into this many parts, which threads share.
 PARTS = 8

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-#: the environment variable that switches POSIX features off in every process of a run, whatever its value
+#: the environment variable that, unless it is empty, switches POSIX features off in every process of a run
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
 _ALL = (1 << 63) - 1  # bytes; the largest memory limit that a system accepts
 

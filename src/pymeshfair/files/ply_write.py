@@ -106,7 +106,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     row: Longs | None = None
     if table is not None and unchanged and are_equal(wedges, document.wedges):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
-        # A polygon takes scalars from its first triangle.
+        # A polygon takes its attributes from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = source_ids(mesh.face_ids, len(mesh.faces))

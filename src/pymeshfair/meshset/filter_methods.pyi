@@ -1082,8 +1082,8 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
         Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-        parameters apply to all settings. Returns the parameters in use, the findings, the trials, the drift (the mean
-        displacement in mean edges), and how many faces look away from the faces around them, before and after.
+        parameters keep their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement
+        in mean edges), and how many faces look away from the faces around them, before and after.
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
@@ -1109,10 +1109,10 @@ class FilterMethods(metaclass=LateMethods):
             vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more
                 closely. Takes a whole number from 1 to 10000, or 'auto'.
             outer_iterations: The number of rounds of filtering normals and moving vertices; more rounds smooth more. 20 to 30
-                rounds of one normal iteration keep edges better than one round of 20 iterations. 0: only outliers and
-                relaxation. Takes a whole number from 0 to 10000, or 'auto'.
+                rounds of one normal iteration keep edges better than one round of 20 iterations. 0: normals are not filtered.
+                Takes a whole number from 0 to 10000, or 'auto'.
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
-                to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+                to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations of normals.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
                 first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if all other parameters are set.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise,

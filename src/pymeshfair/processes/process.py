@@ -1,4 +1,4 @@
-"""Worker processes on the side of their parent: starts them as new interpreters or as forks, sends orders, and pools them."""
+"""The parent's side of worker processes: starts them as new interpreters or as forks, sends orders, and pools them."""
 
 from __future__ import annotations
 

@@ -309,7 +309,7 @@ def run_job(
         interrupts.check()
         _check_outputs(job)
         place([*side_files, *report.maps, *further, output, provenance], stage, outdated=provenance.target)
-        remove_folder(stage)  # before the worker ends: the worker removes the folder if this process is killed here
+        remove_folder(stage)  # while the worker still runs: if this process is killed here, the worker removes it
     return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 
 
