@@ -344,7 +344,7 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
     On a thin cap the cross products at the three corners differ by rounding errors, which are large compared with its height.
-    Only one area for all three cotangents keeps the stiffness semidefinite.
+    The stiffness is semidefinite only if all three cotangents are computed with the same area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)

@@ -11,7 +11,7 @@ from ..neighbours import nearest_neighbours
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
 #: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. The factor below 1
-#: allows for borders, where all neighbours lie on one side, and for random points: spacings there are up to 1.5 times as large.
+#: allows for spacings up to 1.5 times as large at borders, where all neighbours lie on one side, or between random points.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 # All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53

@@ -281,7 +281,7 @@ def lowest_modes(
     count the eigenvalues below it [grimes1994]. `modes_near` computes the missing modes below it, and fills the band with modes
     above it. The last shift lies above the last requested mode and serves to count; if modes are missing, more rounds follow.
 
-    A is scaled so that about kappa eigenvalues lie below kappa. `kernel` is the unit vector with A kernel = 0, and `count` is
+    A is scaled so that its k-th eigenvalue is about k. `kernel` is the unit vector with A kernel = 0, and `count` is
     well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
     """
     n = len(kernel)

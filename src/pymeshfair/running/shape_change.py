@@ -87,7 +87,7 @@ def find_origins(result: MeshData, before: MeshData) -> Origins:
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, same: bool) -> NDArray[np.int64]:
-    """(count,) each element's number in the mesh that was read, found by its id; -1 without an id, or if the files differ."""
+    """(count,) each element's number in the mesh that was read, found by its id; -1 without an id, or if the sources differ."""
     if not same:
         return np.full(count, -1)
     if before is None:
@@ -172,7 +172,7 @@ class ShapeChange:
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
-    """Measures the change of shape between two meshes; all tables, documents, limits, maps and reports use this result."""
+    """Measures the change of shape between two meshes."""
     first, second = measured
     before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
     old, new = (_box(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))

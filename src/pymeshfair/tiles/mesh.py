@@ -47,7 +47,7 @@ class Surface:
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
     before = Stored("<f8", 3)  # coordinates before a step that may fold faces
-    state = Stored("<f8", 3)  # coordinates between rounds; from `relax` to `keep`: without the border's moves along the surface
+    state = Stored("<f8", 3)  # normalised coordinates between rounds; from `relax` to `keep` the relaxed ones, see `relax`
     next_state = Stored("<f8", 3)  # the state after a round, or the coordinates from `keep`
 
     def _raw(self, bucket: int) -> Path:
@@ -245,7 +245,7 @@ class FilteringTiles:
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Does Taubin's steps; returns the sums of `relaxed_part`."""
+        """Does Taubin's steps, in `state` without the border's moves along the surface; returns the sums of `relaxed_part`."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
         moved, across, squares = denoising.relaxed_part(
