@@ -1,6 +1,6 @@
-"""The compiler process: the only process that imports numba.
+"""The compiler process, which imports numba so that the processes that call kernels need not.
 
-All other processes start fast without numba, and numba's settings for the processor affect only the compiler process. The first
+These processes start fast without numba, and numba's settings for the processor affect only the compiler process. The first
 kernel without stored machine code starts this process. It compiles one kernel after the other, and ends with its parent process.
 """
 

@@ -4,8 +4,8 @@ The name of the stored file contains a hash of the function's code and of all fu
 cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
 ``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
-The installation and ``pymeshfair doctor --warm`` compile these kernels ahead in several processes; ``tools/generate.py kernels``
-runs the recipes and filters, and writes the list.
+The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahead in several processes.
+``tools/generate.py kernels`` runs the recipes and filters, and writes the list.
 """
 
 import hashlib

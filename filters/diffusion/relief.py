@@ -10,8 +10,8 @@ from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
 
-#: The bands of relief as shortest and longest wavelengths in mean edges. Waves of the longest wavelength count with a quarter
-#: of their height, waves four times shorter with most of theirs. Noise has short waves, so the second band has less noise.
+#: The bands of relief as shortest and longest wavelengths in mean edges. Waves of the longest wavelength count with about a
+#: quarter of their height; in the first band shorter waves count with more. The second band omits short waves, and so most noise.
 BANDS = ((0.0, 8.0), (6.0, 16.0))
 # Relief is measurable if its share of the energy of all heights, noise included, is above this.
 _MEASURABLE = 0.7

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .meshset import MeshSet
     from .running.job import Event, RunResult
     from .scripts import Change, Step, changing, guards, warnings
-else:  # importing these takes longer than importing pymeshlab, and a program may need only the class
+else:  # importing these takes about as long as importing pymeshlab; a program that makes no recipe does without them
     named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
 

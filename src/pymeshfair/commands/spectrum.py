@@ -31,7 +31,7 @@ def spectrum(
 ) -> None:
     """Show the spectrum of a shape: the energy at each wavelength, from its largest parts to its noise.
 
-    The energy falls towards short waves and becomes flat where noise begins; that wavelength is a good detail size for smoothing.
+    The energy falls towards short waves and turns flat or rises where noise begins; that wavelength is a good detail size.
     """
     from ..errors import require_extra
     from ..files.formats import extension

@@ -68,7 +68,7 @@ def comparison_page(
 
     `numbers` is the document that the page shows as JSON. After a run, `run` is the run's record, and `provenance` the text of
     this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
-    distance, and the colours end at the limits of the distances.
+    distance, and the colours end at the `symmetric_limits` of the distances, or at 1.5 times the tolerance if that is farther.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
@@ -163,7 +163,7 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     suffix = f" {unit}" if unit else ""
     if comparison.out_of_tolerance:
         return [
-            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}{suffix}", 0 if a.mesh == "before" else 1)
+            Marker(a.place, f"out of tolerance, distance {abs(a.amount):.4g}{suffix}", 0 if a.mesh == "before" else 1)
             for a in comparison.out_of_tolerance[:_AREAS]
         ]
     after, before = comparison.after_from_before, comparison.before_from_after

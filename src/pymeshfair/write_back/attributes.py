@@ -5,7 +5,7 @@ helper attributes. Later calls overwrite these by way of the vertex normals, whi
 helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
 and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
-Point attributes are never used: MeshLab reads freed memory for them.
+Helpers are never point attributes, from which MeshLab's expressions would read freed memory.
 """
 
 from __future__ import annotations
