@@ -1,4 +1,4 @@
-"""Smooths polylines by explicit, Taubin or implicit steps; elimination along unbranched chains solves the implicit steps."""
+"""Smooths polylines by explicit, Taubin or implicit steps; elimination solves the implicit steps on unbranched curves."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def curve_smoothing(
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
     So the curve shrinks towards its centroid, and the waves with m = 1 fade last. Taubin steps keep the size of the curve.
 
-    A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves to their weighted
-    mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of an
-    edge with a millionth of the mean length.
+    A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves towards their
+    weighted mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of
+    an edge with a millionth of the mean length.
 
     Args:
         vertices: (n, 3) coordinates. A coordinate that is equal at all vertices keeps every bit.

@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Only these two count the face itself. It deviates by 0 from itself: a kernel such as 1 / x prefers it to all others.
+            # Only these two count the face itself. Its deviation is 0, so a kernel such as 1 / x prefers it to all neighbours.
             settings.method in ("averaged", "guided"),
         )
 

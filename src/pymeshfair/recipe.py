@@ -124,7 +124,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     """Loads a shipped recipe by its name, or a script by its path, which ends in ``.mlx``, has a folder or names a file.
 
     With `upgrade` it upgrades a script of an older MeshLab and lists the `changes` in the recipe. Raises `UnknownNameError` if
-    there is no such recipe or file, and `ScriptError` with all problems of a script.
+    there is no such recipe, and `ScriptError` with all problems of a script, such as a missing file.
     """
     text = os.fspath(name_or_path)
     path = Path(text)

@@ -153,8 +153,8 @@ def demo(
 ) -> None:
     """Clean a real range map, and show what to try next.
 
-    The range map is a face of 85,849 vertices from a laser scanner, a sample in the pymeshlab wheel. It is copied to face.ply in
-    FOLDER. The result, face_clean.ply, replaces that of an earlier demo.
+    The range map, a sample in the pymeshlab wheel, shows a man's face in 85,849 vertices, from a laser scanner. It is copied to
+    face.ply in FOLDER. The result, face_clean.ply, replaces that of an earlier demo.
     """
     from shlex import quote
 

@@ -242,8 +242,8 @@ def _continued_texture(
 ) -> Floats:
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
-    The image has no pixels for added faces. So an added face shows the colour of one near old face: the one most similar to a
-    blend of the colours around. Without an image, (height, width, 3) `pixels`, it shows the colour of its donor. Corners are not
+    The image, (height, width, 3) `pixels`, has no pixels for added faces. So an added face shows the colour of one near old face:
+    the one most similar to a blend of the colours around. Without an image, it shows the colour of its donor. Corners are not
     used, since the image may show pixels of other charts there.
 
     `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.

@@ -44,7 +44,7 @@ class BuiltinFilters:
             return dict(BASE.filter_parameter_values(self._meshset, name, **values))
 
     def effective(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the values that the filter would run with, as a script states them: relative lengths and typed digits are kept.
+        """Returns the values that the filter would run with, as in a script: relative lengths and the caller's digits are kept.
 
         Values that no script can have (a camera, a number that is not finite) are absent.
         """
