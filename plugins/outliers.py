@@ -49,7 +49,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     Args:
         neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
-        extent: How far beyond the usual distance the probability reaches 0.68, in standard deviations. Larger gives lower
+        extent: At how many standard deviations beyond the usual distance the probability is 0.68. Larger gives lower
             probabilities, so fewer points are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
@@ -118,8 +118,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
     The spacing is the median, over all points of the cloud, of the mean distance to the six nearest neighbours. In sparse parts
     it is two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share of the
-    area that is selected, the share of the area that is not selected and farther from the points than half the limit, and the
-    share of the points that are farther than the limit from the surface that stays. Returns the number of selected vertices.
+    area that is selected, the share that is not selected but farther from the points than half the given number of spacings,
+    and the share of the points farther than the full number from the surface that stays. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

@@ -200,7 +200,7 @@ def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
 
 
 class _HeightNeighbours(NamedTuple):
-    """The moving vertices, the one-rings whose heights they average, and the `ring_ends` that give their normals."""
+    """The moving vertices, the one-rings that lead to all vertices within reach, and the `ring_ends` that give the normals."""
 
     moving: Ints
     offsets: Longs

@@ -761,8 +761,8 @@ class FilterMethods(metaclass=LateMethods):
         """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
         Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay.
-        Near open borders and in thin parts vertices move less. Returns the two wavelengths, the height of the input's relief
-        (root mean square), and the largest displacement.
+        Near open borders and in thin parts vertices move less. Returns the shortest and the longest wavelength of the relief,
+        its height in the input (root mean square), and the largest displacement.
 
         Args:
             gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes
@@ -3641,9 +3641,9 @@ class FilterMethods(metaclass=LateMethods):
 
         The spacing is the median, over all points of the cloud, of the mean distance to the six nearest neighbours. In sparse
         parts it is two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the
-        share of the area that is selected, the share of the area that is not selected and farther from the points than half the
-        limit, and the share of the points that are farther than the limit from the surface that stays. Returns the number of
-        selected vertices.
+        share of the area that is selected, the share that is not selected but farther from the points than half the given
+        number of spacings, and the share of the points farther than the full number from the surface that stays. Returns the
+        number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the measured points. Takes the id of a layer (a whole number).
@@ -3730,7 +3730,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
                 probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
-            extent: How far beyond the usual distance the probability reaches 0.68, in standard deviations. Larger gives lower
+            extent: At how many standard deviations beyond the usual distance the probability is 0.68. Larger gives lower
                 probabilities, so fewer points are selected. Takes a number of at least 0.1.
             threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
                 1.

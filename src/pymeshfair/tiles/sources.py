@@ -154,7 +154,7 @@ class MeshFile(PlyFile):
         self.vertices  # noqa: B018 - checks the vertices
         table = self.tables.get("face")
         if table is None or not table.element.count or not _lists_of_corners(table):
-            raise ContentsError("it has no faces; by tiles, only the vertices of triangle meshes are moved")
+            raise ContentsError("it has no faces; by tiles, vertices are moved only in triangle meshes")
         corners = table.dtype[_lists_of_corners(table)[0]].shape[0]
         if corners != 3:
             raise ContentsError(f"its first face has {corners} corners; by tiles, all faces must be triangles")
