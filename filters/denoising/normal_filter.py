@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Only these two count the face itself. Its deviation is 0, so a kernel such as 1 / x prefers it to all neighbours.
+            # Only these two count the face itself; in others a kernel such as 1 / x would prefer it, as its deviation is 0.
             settings.method in ("averaged", "guided"),
         )
 

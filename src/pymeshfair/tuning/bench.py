@@ -101,7 +101,7 @@ class Bench:
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carries out the steps of a job; returns warnings, tried settings and the mesh, which `measure` measures."""
+        """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
