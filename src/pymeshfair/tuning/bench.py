@@ -53,7 +53,7 @@ class Scan:
     path: Path
     vertices: int  # the number of vertices
     diagonal: float  # the diagonal of the bounding box, in mesh units
-    mean_edge: float  # the mean edge length, in mesh units
+    mean_edge: float  # the mean edge length, or for a cloud the mean distance to the nearest point, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
 
