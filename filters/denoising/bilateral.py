@@ -24,8 +24,8 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise:
-# below 1 for one-rings: heights there have noise of two vertices and a normal; above 1 for triangle corners, with small heights.
+# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise. In
+# one-rings a height has the noise of two vertices and a normal: below 1. Triangle corners have small heights: above 1.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Scales above this or below its inverse are refused, since their squares would be out of the range of numbers.
@@ -205,7 +205,7 @@ class _HeightNeighbours(NamedTuple):
     moving: Ints
     offsets: Longs
     neighbours: Ints
-    on_curve: Bools  # (n,) which vertices average over their border neighbours alone
+    on_curve: Bools  # (n,) which vertices average over the border alone
     curve_offsets: Longs
     curve_neighbours: Ints
     end_offsets: Longs

@@ -61,7 +61,7 @@ class NormalFilter:
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge; the standard deviation for
             "gaussian". A larger scale smooths larger details, as far as the neighbourhood reaches.
         neighborhood: the faces to average over; see `Neighborhood`. More faces smooth larger details and take more time. The
-            method "vertex_normals" uses rings of vertices ("edge" and "vertex": one ring), with distances in mean edges.
+            method "vertex_normals" uses rings of vertices ("edge" and "vertex": one ring), and `space_sigma` in mean edges.
         radius: radius of the neighbourhoods "radius" and "geodesic", in mean distances of centres of adjacent input faces.
         normal_iterations: number of filter passes. More passes smooth more.
 
@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Only these two count the face itself. Its deviation is 0, so a kernel such as 1 / x prefers it to all neighbours.
+            # Only these two count the face itself; in others a kernel such as 1 / x would prefer it, as its deviation is 0.
             settings.method in ("averaged", "guided"),
         )
 

@@ -73,7 +73,7 @@ def explicit_smoothing(
     """
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler":
-        check_positive("step", step, most=1.0 if normalised else None, note=f", as the operator {operator!r} takes it")
+        check_positive("step", step, most=1.0 if normalised else None, note=f", for the operator {operator!r}")
     surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=1, update=update)
     scale = surface.mesh.scale
     scaled = step if normalised else step * scale * scale

@@ -107,8 +107,8 @@ def implicit_fairing(
         keep_dimensions: after every step, undo the part of the motion along the normals that neighbours share, on open surfaces
             too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
             wave, then 1 - (1 - s) (1 - s^2)^2 remains. Not for point clouds.
-        border: "fixed": border vertices stay. "along": first a step of the same t smooths the border as a curve, with the
-            operator from `CURVE_OPERATOR`; then the interior is solved with the new border prescribed. Together they are the
+        border: "fixed": border vertices stay. "along": first a step of the same t smooths the border as a curve, see
+            `curve_laplacian`; then the interior is solved with the new border prescribed. Together these two parts are the
             backward Euler step of the flow in which border vertices depend only on border neighbours. "free": border vertices are
             like any other, and the border shrinks.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.

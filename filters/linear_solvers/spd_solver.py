@@ -172,7 +172,7 @@ class SpdSolver:
         if self._factors is not None or (self._solved and self._many):
             return self.by_factors(b, progress)
         earlier_steps = 0
-        # If the error belongs to the smallest eigenvalue, its energy norm is the norm of the residual over sqrt(eigenvalue).
+        # If the error is an eigenvector of the smallest eigenvalue, its energy norm is the residual's norm over sqrt(eigenvalue).
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)

@@ -522,11 +522,11 @@ def test_nothing_to_do_returns_a_copy() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"step": 0.0}, "step is 0.0: it must be above 0 and at most 1, as the operator 'uniform' takes it"),
+        ({"step": 0.0}, "step is 0.0: it must be above 0 and at most 1, for the operator 'uniform'"),
         ({"step": 1.01}, "step is 1.01: it must be above 0 and at most 1"),
         (
             {"step": -0.5, "operator": "laplace_beltrami"},
-            "step is -0.5: it must be finite and above 0, as the operator 'laplace_beltrami'",
+            "step is -0.5: it must be finite and above 0, for the operator 'laplace_beltrami'",
         ),
         ({"step": float("nan")}, "step is nan: it must be above 0"),
         ({"step": float("inf"), "operator": "robust"}, "step is inf: it must be finite"),

@@ -111,7 +111,7 @@ def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> by
     axes.set(xscale="log", yscale="log", xlabel="frequency (radians per mesh unit)", ylabel="energy (squared mesh units)")
     if lowest < highest:
         axes.set_xlim(lowest, highest)
-        # The last bands of a mesh may have hardly any energy, and would stretch the axis.
+        # The bands of the shortest waves may have hardly any energy, and would stretch the axis.
         axes.set_ylim(bottom=max(0.1 * least, 1e-11 * most))
         axes.secondary_xaxis("top", functions=(inverted, inverted)).set_xlabel("wavelength (mesh units)")
         axes.legend(loc="lower left", fontsize="small")

@@ -66,7 +66,7 @@ def verify_output(
     output = Path(output).absolute()
     record = read_provenance(output)
     if record is None:
-        raise OutputError(output, f"nothing is known of how it was made: pymeshfair wrote no {provenance_path(output).name}")
+        raise OutputError(output, f"nothing is known of how it was made: no valid {provenance_path(output).name} is beside it")
     with tempfile.TemporaryDirectory(prefix="pymeshfair-verify-") as folder:
         again = Path(folder) / output.name
         try:

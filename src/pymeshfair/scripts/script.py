@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the result differs from the old script's, in the MeshLab of its time or in today's; empty if equal
+    meaning: str = ""  # how the new result differs from the old script's, run by MeshLab of then or of today; empty if equal
 
     @property
     def same_meaning(self) -> bool:

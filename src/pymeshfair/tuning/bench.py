@@ -53,7 +53,7 @@ class Scan:
     path: Path
     vertices: int  # the number of vertices
     diagonal: float  # the diagonal of the bounding box, in mesh units
-    mean_edge: float  # the mean edge length, in mesh units
+    mean_edge: float  # the mean edge length, or for a cloud the mean distance to the nearest point, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
 
@@ -101,7 +101,7 @@ class Bench:
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carries out the steps of a job; returns warnings, tried settings and the mesh, which `measure` measures."""
+        """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
