@@ -1,6 +1,6 @@
 """Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near each other in memory.
 
-A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (the longest side is 1/4 to 1).
+A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (longest side of its box 1/4 to 1).
 """
 
 import math

@@ -123,8 +123,8 @@ def apply_coord_normal_filtering(
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
-        compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount: Taubin,
-            implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any 'auto' is replaced.
+        compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same vertices,
+            each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if an automatic parameter is set.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """

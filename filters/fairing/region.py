@@ -152,7 +152,7 @@ class _System(NamedTuple):
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        # A membrane is so well-conditioned that the first step needs no residual in twice the precision.
+        # A membrane is so well-conditioned that the residual of the first guess needs only ordinary precision.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
         return refined_solution(
             self.matrix(), self.residual, self.points.compress(self.free, axis=0), extent=extent, first=first, progress=progress

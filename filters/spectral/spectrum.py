@@ -152,7 +152,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     stiffest = np.argsort(-ratio, kind="stable")
     # A bound on S_ii / M_i adds mass S_ii / bound - M_i at vertex i; bounds[k] adds `_ADDED` of all mass at the k + 1 stiffest.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises while the next ratio exceeds bounds[k]: the highest bound sums over vertices with ratios above that bound.
+    # bounds[k] rises while the next ratio exceeds it; its maximum is the bound that adds mass at exactly the k + 1 stiffest.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem

@@ -129,7 +129,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     ("program", "said"),
     [
         (GREEDY, "a tile needs more memory than the run may use; allow it more"),
-        (DEADLY, "every worker that began a tile was lost (the worker process ended with status -9), perhaps for lack of memory"),
+        (DEADLY, "a tile ended every worker that began it (the worker process ended with status -9), perhaps for lack of memory"),
     ],
     ids=["greedy", "deadly"],
 )
@@ -241,7 +241,7 @@ def test_inputs_that_cannot_be_cut_are_refused(recipe: Path, tmp_path: Path) -> 
     text.write_bytes(b"0 0 0\n1 0 0\n")
     for arguments, said in (
         ((scan, "-o", scan), "it is the input"),
-        ((scan, "-o", tmp_path / "out.las"), "a .ply file becomes a .ply file"),
+        ((scan, "-o", tmp_path / "out.las"), "a .ply file can become .ply, not .las"),
         ((text, "-o", tmp_path / "out.ply"), "'.xyz' is no format for meshes"),
     ):
         done = invoke("run", recipe, *arguments, "--tiles")

@@ -1,4 +1,4 @@
-"""Reads and writes LAS and LAZ files through laspy; each dimension of the points is an attribute of the same name."""
+"""Reads and writes LAS and LAZ files through laspy; dimensions become attributes, most with the same name."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         lines += [line for name, part in parts.items() for line in _piece_lines(name, part, unit)]
     lines.append(f"changed{because}: {_shares({**sides, 'area': change['area'], 'volume': change['volume']})}")
     if without_noise := change.get("sides_without_noise"):
-        lines.append(f"without noise at the ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
+        lines.append(f"sides without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""

@@ -1125,9 +1125,9 @@ class FilterMethods(metaclass=LateMethods):
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
-            compare: Also report the prediction error of low-pass filters at the same vertices, each with its best amount:
-                Taubin, implicit, bi-Laplacian and spectral smoothing. The filtered mesh is the same. No effect if any 'auto' is
-                replaced.
+            compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same
+                vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if an automatic
+                parameter is set.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is

@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks all but the first point of each place or cell; takes (first row in `results`, bucket) for buckets in one file."""
+    """Marks all but the first point of each place or cell; `buckets` has those of a file, with their first rows in `results`."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -162,7 +162,7 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """Does a step with tiles of at most `tile` bytes; returns the cloud after it, the filter's report, and sizes to report."""
+    """Does a step with tiles of at most `most` points, or of `tile` bytes if None; returns cloud, filter's report and sizes."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:

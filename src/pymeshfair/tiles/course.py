@@ -233,7 +233,7 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
     kinds = ["las" if kind == "laz" else kind for kind in map(extension, (job.input, job.output))]
     if kinds[0] != kinds[1] and kinds[0] != "e57":
-        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a .{kinds[0]} file")
+        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file can become .{kinds[0]}, not .{kinds[1]}")
     folder = job.output.absolute().parent
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes for each cell that has one of its vertices: 23 on average, 46 before `remove_unordered`.
+    # A face takes 20 bytes for each cell that has one of its vertices, on average 23; before `remove_unordered` twice that.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)

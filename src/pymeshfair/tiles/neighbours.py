@@ -269,7 +269,7 @@ class StrayTiles(PointTiles):
         return float(np.array([prefix], np.uint64).view(np.float64)[0])
 
     def link(self, median: float, first: int, last: int) -> None:
-        """Cuts links, and chooses the points that are on a surface by `_rule`; `median` is the median spacing."""
+        """Cuts links that are not mutual, and chooses the points on a surface by `_rule`; `median` is the median spacing."""
         links = Links.of(self, first, last)
         points = links.read_all(self.cells.points) / self.cells.scale
         numbers, reaches, lasts = (links.read_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
@@ -327,8 +327,8 @@ class NormalTiles(PointTiles):
     """The tasks of the filter Compute normals for point sets; the results are the normals.
 
     Fits planes to neighbours, smooths their normals, and orients them: towards a view point, or consistently along minimum
-    spanning trees, first within each tile and then across tiles. Directions have the same bits for any division into tiles,
-    since links are sorted by number.
+    spanning trees, first within each tile and then across tiles. Apart from their signs, normals have the same bits for any
+    division into tiles, since links are sorted by number.
     """
 
     result = "<f8", 3
