@@ -181,7 +181,7 @@ class Surface:
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
-        """The surface of (n, 3) vertices and (m, 3) triangles; the cloud of the vertices if all triangles are degenerate.
+        """The surface of (n, 3) vertices and (m, 3) triangles; the cloud of the vertices if each triangle names a vertex twice.
 
         Raises:
             FilterInputError: not a mesh, or no vertices.
@@ -229,7 +229,7 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """Returns (t,) upper bounds of the local distances of a triangle's points; its (t, 3, 3) corners have (t, 3) distances.
+        """Returns (t,) upper bounds of the local distances of points of t triangles; the (t, 3, 3) corners have (t, 3) distances.
 
         A point of a triangle is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds
         the corner's by at most this. The distance from one of the (t, k) triangles `beside` is convex, so largest at a corner.

@@ -62,8 +62,8 @@ def stray_points(
     """Returns which points of a cloud are not part of any large enough surface.
 
     1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is the least variance
-       of these points along three principal axes, over the sum of the three; it is large at points that fill space. Two points
-       are linked if each is a neighbour of the other. A point off a surface has few links: surface points have nearer neighbours.
+       of the point and its neighbours along three principal axes, over the sum of the three; it is large where points fill space.
+       Mutual neighbours are linked. A point off a surface has few links: surface points have nearer neighbours.
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
        this spacing or a thickness of at most 0.06 is enough. Then, twice, all points with k / 4 links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
@@ -74,7 +74,7 @@ def stray_points(
     Args:
         points: (n, 3) finite coordinates.
         neighbors: k, from 1 to n - 1. Larger separates haze from noisier surfaces, bridges wider gaps and takes longer.
-        sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and denser haze.
+        sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and sparser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.
 
@@ -118,7 +118,7 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
     """Returns (m,) the least variance of each point and its neighbours along three principal axes, over the sum of the three.
 
     With 16 neighbours it is 0 on a plane or a line, 0.07 on a plane with noise of half a spacing, 0.18 where points fill space.
-    The (m, k) neighbours of the first m of (n, 3) places are sorted in place by distance, then by their (n,) numbers.
+    Overwrites the (m, k) `neighbours` of the first m of (n, 3) `places`: sorts them by distance, then by their (n,) `numbers`.
     """
     shares: Floats = np.empty(len(neighbours))
     over_range(_measure, len(neighbours), places, numbers, neighbours, shares)

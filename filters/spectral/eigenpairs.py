@@ -325,7 +325,7 @@ def _refined_modes(
 ) -> tuple[Floats, Floats]:
     """Orthonormalises the modes of a band and reduces their residuals to `tolerance` times kappa; overwrites `vectors`.
 
-    Far from the shift the residual is the rounding error of the solves, amplified by the eigenvalue nearest to the shift. A
+    Far from the shift the residual is the rounding error of the solves, which is larger if an eigenvalue is near the shift. A
     further solve removes it but mixes in modes near the shift. A Rayleigh-Ritz step within the band separates the modes again.
     """
     for _ in range(_POLISHES):

@@ -1,6 +1,6 @@
 """The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
 
-A length is a number of mesh units, or relative to the mesh (percent, mean edges); a limit of a result may have a unit (0.05mm).
+A length is a number of mesh units, or relative to the mesh (percent, mean edges); limits of a run may have a unit (0.05mm).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Length:
     """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
 
     Written as ``"0.3"``, ``"1%"`` or ``"0.5edge"``. The mean edge of a point cloud is the mean distance to the nearest neighbour.
-    Parameters of filters take no unit such as mm; limits of a result and tolerances may have one, as in ``"0.05mm"``.
+    Parameters of filters take no unit such as mm; limits of a run, and tolerances, may have one: ``"0.05mm"``.
     """
 
     amount: float

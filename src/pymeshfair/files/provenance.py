@@ -1,4 +1,4 @@
-"""Reads and formats ``OUTPUT.provenance.json``, which records how an output was made; equal runs differ only in ``"run"``."""
+"""Reads and formats ``OUTPUT.provenance.json``, the record of a run; the records of equal runs differ only in ``"run"``."""
 
 import hashlib
 import json

@@ -1210,9 +1210,9 @@ class FilterMethods(metaclass=LateMethods):
 
         For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles
         are all selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around
-        the region, so select all of the damage and one ring more. Returns the number of moved vertices, the backward error of
-        the solution, and an error bound of the solver as a share of the region's diagonal; with `remesh` the numbers of old and
-        new elements.
+        the region, so select all of the damage and one ring more. Returns how many vertices moved; of the solution the backward
+        error, the number of corrections and the last one as a share of the region's diagonal; with `remesh` the numbers of old
+        and new elements.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
@@ -5819,9 +5819,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges
-                takes half a gigabyte of memory. Outer borders of open sheets stay open: rims that turn as the border of a disc
-                does, not as that of a hole; and, unless selected, rims that span more than a third of the area of their sheet.
-                Takes a whole number from 3 to 10000.
+                takes half a gigabyte of memory. Outer borders of open sheets stay open: rims with a total geodesic curvature
+                above 1.5 pi (a flat disc has 2 pi); and, unless selected, rims that span more than a third of the area of their
+                sheet. Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
                 follows noise there; 'none' leaves them flat. Degenerate triangles may need a lower energy (earlier in this
