@@ -127,8 +127,8 @@ def cross_validate(
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by
     family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
-    `share_flipped` returns the share of flipped faces of a result; it is measured on the first set. `progress` is called after
-    every family and may raise to stop.
+    `share_flipped` returns the share of flipped faces of a result; it is measured on the first set. `progress` is called while
+    the families run, and may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))

@@ -238,7 +238,7 @@ def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
 
 
 def _nearest(rim: RimTriangles, first: int) -> list[int]:
-    """The `WINDOW` triangles nearest to triangle `first`, counted in edge crossings, in ascending order."""
+    """The sorted indices of the `WINDOW` triangles nearest to triangle `first`, counted in edge crossings."""
     near, queue = {first}, deque([first])
     while queue:
         for a, b in _sides(rim.triangles[queue.popleft()].tolist()):

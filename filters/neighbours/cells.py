@@ -45,8 +45,8 @@ class Nearest(NamedTuple):
     """For each query point, the k nearest points found so far, ordered by squared distance, then by number."""
 
     squared: Floats  # (a, k) squared distances, infinite for missing neighbours
-    numbers: Longs  # (a, k) numbers of the neighbours
-    slots: Longs  # (a, k) their places in storage
+    numbers: Longs  # (a, k) indices of the neighbours in the input
+    slots: Longs  # (a, k) rows of the neighbours in the files that hold the cells
 
     def of(self, rows: slice) -> "Nearest":
         """Returns a view of some rows, in the same memory."""
@@ -54,7 +54,7 @@ class Nearest(NamedTuple):
 
 
 def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
-    """Returns (n,) for each point whether the box of a cell outside of the tile is within its squared distance in (n,) `bounds`.
+    """Returns (n,) which points are within their (n,) `bounds` of the box of a cell outside of the tile.
 
     A bound is the squared distance of the k-th nearest point in the tile. The tile has the cells from `first` to `last` - 1.
     """

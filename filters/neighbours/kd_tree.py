@@ -323,7 +323,7 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the neighbours of the points from position `start` on to their rows, sorted by distance, then by index."""
+    """Sorts each point's neighbours by distance, then by index; writes them to its row. `start` is the first point's position."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):

@@ -63,7 +63,7 @@ def filter_without_eigenvectors(
         response: F.
         tolerance: the largest error in the M-norm, as a share of |v - means|_M; the solves of the rational route may add a third
             of it. Below 1e-12 the rounding errors exceed it. The time grows with the logarithm of 1 / tolerance.
-        route: "polynomial": products with S, about as many as the cutoff wavelength has edges, and more with thin triangles.
+        route: "polynomial": products with S, about three for each edge in the cutoff wavelength, more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
         progress: called after every product and every few steps of a solve; may raise to stop.

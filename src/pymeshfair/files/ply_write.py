@@ -54,7 +54,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             target.write(kept_bytes)
             last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # the line end of the last row in the source file is in the tail
+            target.write(b"" if last.isspace() else b"\n")  # the bytes of the source file's last row have no line end
             target.writelines(_lines(table))
             last = b"\n"
         else:

@@ -168,7 +168,7 @@ def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
 
 
 def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
-    """Returns the mesh with added vertices and faces, whose attributes come only from faces in the mask `may_donate`."""
+    """Returns the mesh with added vertices and faces; only faces in the mask `may_donate` give them scalars and textures."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])

@@ -73,7 +73,7 @@ class BuiltinFilters:
         return {name: resolved[name] if name in lengths else value for name, value in effective.items()}
 
     def _for_meshlab(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Converts values for pymeshlab: lengths, and tuples of colours, points and matrices, to its classes."""
+        """Converts lengths, and tuples of colours, to pymeshlab's classes, and tuples of points and matrices to arrays."""
         layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:

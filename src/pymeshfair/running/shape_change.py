@@ -111,8 +111,8 @@ class Moved:
     largest: float  # the largest displacement
     vertex: int  # the number of the vertex with this displacement, in the result
     place: tuple[float, ...]  # the place of that vertex in the result, (x, y, z)
-    edges: float | None  # the largest displacement in mean edges of the input; None if it has no edges
-    mean_edges: float | None  # the mean displacement in mean edges
+    edges: float | None  # the largest displacement in mean edges of the input, or mean spacings of a cloud; None without both
+    mean_edges: float | None  # the mean displacement in the same unit
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class ShapeChange:
     #: the relative change of each side of the bounding box; None where the side was 0. It is the box of the vertices of faces, or
     #: of all vertices if there are no faces.
     sides: Sides
-    #: the same changes without the noise at the ends; None unless a side changed much and both meshes have the same faces
+    #: the same changes without noise, see `side_changes`; None unless a side changed much and both meshes have the same faces
     sides_without_noise: Sides | None
     area: float | None  # the relative change of the area; None if the input has no area
     volume: float | None  # the relative change of the volume; None unless both meshes are closed
@@ -232,8 +232,8 @@ def warnings_of(
         yield (
             f"new surface was added without measurements, {growth:.0%} of the scanned area: look at it"
             if change.moved.same
-            else f"the new surface has {growth:.0%} more area than the scan, all of it unmeasured: look at it; if it went "
-            "through an opening to the inside, walls are thin: fill_holes_smoothly and prepare_for_print close openings"
+            else f"the new surface has {growth:.0%} more area than the scan, and this part is unmeasured: look at it; if the "
+            "surface also lines the inside, it is a thin shell: fill_holes_smoothly and prepare_for_print close the openings"
         )
     moved = None if change.turned is None else change.moved
     dimensions = moved and change.sides_without_noise is not None and _is_large(change.sides_without_noise)
