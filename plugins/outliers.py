@@ -114,7 +114,7 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
 def compute_selection_by_distance_from_cloud_per_vertex(
     layer: Layer, *, reference: Annotated[int, Mesh(label="Cloud")] = 0, spacings: Annotated[float, Float(minimum=0)] = 4.0
 ) -> Edit:
-    """Selects the parts of a reconstruction without measured points nearby, such as those by which Screened Poisson closes gaps.
+    """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
     The spacing is the median, over all points, of the mean distance to the six nearest neighbours. In sparse parts it is larger:
     two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share of the area

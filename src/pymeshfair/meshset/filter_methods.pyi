@@ -3637,8 +3637,7 @@ class FilterMethods(metaclass=LateMethods):
         reference: int = 0,
         spacings: float = 4.0,
     ) -> dict[str, Any] | None:
-        """Selects the parts of a reconstruction without measured points nearby, such as those by which Screened Poisson closes
-        gaps.
+        """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
         The spacing is the median, over all points, of the mean distance to the six nearest neighbours. In sparse parts it is
         larger: two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share
