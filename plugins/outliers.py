@@ -114,12 +114,12 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
 def compute_selection_by_distance_from_cloud_per_vertex(
     layer: Layer, *, reference: Annotated[int, Mesh(label="Cloud")] = 0, spacings: Annotated[float, Float(minimum=0)] = 4.0
 ) -> Edit:
-    """Selects the parts of a reconstruction without measured points nearby, such as the balloon of Screened Poisson.
+    """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
-    The spacing is the median, over all points of the cloud, of the mean distance to the six nearest neighbours. In sparse parts
-    it is two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share of the
-    area that is selected, the share that is not selected but farther from the points than half the given number of spacings,
-    and the share of the points farther than the full number from the surface that stays. Returns the number of selected vertices.
+    The spacing is the median, over all points, of the mean distance to the six nearest neighbours. In sparse parts it is larger:
+    two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share of the area
+    that is selected, the share that is not selected but farther from the points than half the given number of spacings, and the
+    share of the points farther than the full number from the surface that stays. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

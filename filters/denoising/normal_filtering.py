@@ -119,7 +119,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh lacks a face that names a vertex twice if one of its vertices is in no face with three distinct ones.
+    # The normalised mesh lacks a face that names a vertex twice if one of its vertices is in no face of three distinct vertices.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals

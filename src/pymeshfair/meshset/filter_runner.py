@@ -27,7 +27,7 @@ _LOG = logging.getLogger("pymeshfair")
 class FilterRunner:
     """Finds and applies filters of MeshLab and of plugins.
 
-    Ids of layers in a step do not count the helper layers that writing a result makes and removes (`Workbench.without_helpers`).
+    Steps number layers as if there were no helper layers, which exist while a result is written (`Workbench.without_helpers`).
     Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
     """
 

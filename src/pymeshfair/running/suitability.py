@@ -150,7 +150,7 @@ def ranked(
 
 
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
-    """The warning if a scan does not meet the conditions of a recipe, with the recipe to take; None if it meets them.
+    """The warning, with advice, if a scan does not meet the conditions of a recipe; None if it meets them.
 
     `traits` are all traits of the scan, and `others` is the result of `ranked`.
     """
@@ -177,7 +177,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     if substitutes and info.task in _REPLACEABLE:
         return f"{mismatch}: take {substitutes[0].recipe}"
     example = f", such as {fitting[0].recipe}" if fitting else ""
-    return f"{mismatch}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{example}"
+    return f"{mismatch}: no other recipe of its kind fits; `pymeshfair suggest` names recipes of other kinds that fit{example}"
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
@@ -186,7 +186,7 @@ def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) ->
     Args:
         recipe: the recipe.
         scan: the scan; if it was not measured, there are no warnings.
-        as_shipped: whether the user has set no value. Else only a recipe that is "after ANOTHER" is compared with denoising ones.
+        as_shipped: whether the user has set no value. If one is set, only a recipe "after ANOTHER" is compared with denoisers.
 
     Raises:
         RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.

@@ -26,7 +26,7 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "closed": ("closed", 1, 1, "the surface is closed", "the surface has borders or is not manifold"),
     "open": ("border edges", 1, math.inf, "there are borders", "there is no border"),
     "range map": ("facing", ONE_SIDED, math.inf, "the surface is seen from one side", "the surface faces all sides"),
-    "camera noise": ("camera noise", 1, 1, "neighbours share their noise", "vertices have noise of their own"),
+    "camera noise": ("camera noise", 1, 1, "there is noise that neighbours share", "there is no noise that neighbours share"),
     "sharp": ("sharpness", SHARP, 1, "most of the bending is at sharp edges", "most of the bending is not at sharp edges"),
     "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
     "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),

@@ -302,7 +302,7 @@ def _unknown(name: str, cause: str | None) -> Complaint:
 
 
 def same_but_case(name: str) -> str | None:
-    """The name of the filter that differs from `name` only in capital letters and spaces; None if there is none."""
+    """The filter's name that equals `name` apart from capital letters, spaces, underscores and hyphens; None if there is none."""
     plain = plain_name(name)
     return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
 
