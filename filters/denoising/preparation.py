@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: Corners of folded faces first keep this share of their move (0 would restore spikes); rings that decide if a vertex goes back.
+#: Corners of folded faces first keep this share of their move (0 restores spikes); this many rings decide if a vertex goes back.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 

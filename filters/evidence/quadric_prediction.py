@@ -136,7 +136,7 @@ def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) ->
             for a in range(size):
                 for b in range(a + 1):
                     matrix[a, b] += w[at] * terms[a] * terms[b]
-        # Row 0 of the inverse matrix turns the weighted sums into the value at 0.
+        # The solution, row 0 of the inverse matrix, turns the sums of w * terms * h into the value at 0.
         matrix[size, 0] = 1.0
         if not _solve(matrix, size, solution):
             continue

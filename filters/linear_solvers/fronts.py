@@ -27,8 +27,8 @@ class Fronts(NamedTuple):
     """The plan of an elimination: groups of rows that are eliminated together and update the same later rows.
 
     Group g eliminates the rows from ``firsts[g]`` to before ``firsts[g + 1]`` and updates the rows
-    ``rows[starts[g] : starts[g + 1]]``. Rows are numbered by their place in `order`. Parts are disjoint subtrees of groups in the
-    elimination tree. Threads eliminate the parts in parallel; the groups above all parts follow, one after the other.
+    ``rows[starts[g] : starts[g + 1]]``. Rows are numbered by their place in `order`. A part is a subtree of groups in the
+    elimination tree, or several trees. Threads eliminate the parts in parallel; the groups above all parts follow one by one.
     """
 
     order: Ints  # (n,) the row of the matrix at each place
