@@ -245,7 +245,7 @@ class FilteringTiles:
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Writes relaxed vertices to `moved`, to `state` without border moves along the surface; returns the sums of `relaxed_part`."""
+        """Writes relaxed vertices to `moved`, and to `state` without border moves along the surface; returns sums of squares."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
         moved, across, squares = denoising.relaxed_part(
