@@ -31,7 +31,7 @@ from ..topology import OneRings, one_rings
 # Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
-# are held out: the patch contains all of their 40 nearest neighbours, and most of their 90 nearest.
+# are held out: the patch contains nearly all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
 # Number of nearest points used as a one-ring; numbers of neighbours and iterations for the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
@@ -170,7 +170,7 @@ class CloudSample:
     """A cloud to try filters on. Its spacing, the median of the mean distances to the six nearest points, is 1."""
 
     points: Floats  # (k, 3) coordinates
-    inner: Bools  # (k,) which points may be held out: they are movable, and their neighbourhoods are complete
+    inner: Bools  # (k,) which points may be held out: they are movable, and their neighbourhoods are nearly complete
     normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
 
     @cached_property

@@ -35,7 +35,7 @@ class RecipeInfo:
     title: str = ""  # the first line
     purpose: str = ""  # ``For:``, the scans that the recipe is for
     does: str = ""  # ``Does:``, its effect
-    tune: str = ""  # ``Tune:``, the settings to change if the result is not right
+    tune: str = ""  # ``Tune:``, the values to change if the result is not right
     task: str = ""  # ``Task:``, one of `TASKS` for shipped recipes
     fits: str = ""  # ``Fits:``, the scans that the recipe is for, as conditions for `pymeshfair.scripts.guards.parse_fits`
     judged: str = ""  # ``Judged:``, the measure by which recipes for these scans were compared, and a better recipe, if any

@@ -60,7 +60,7 @@ class Station:
     pool: Pool  # lends processes, see `pool_of`; each gets an equal share of processors and memory
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
-        """Queues a task; the future fails if its workers were lost."""
+        """Queues a task. With a scheduler, the future raises an error if the workers of the task were lost."""
         return self.pool.call(self.do, kind, scan)
 
     def end(self) -> None:
@@ -190,7 +190,7 @@ class BatchRun:
             raise LostSchedulerError from None
         except Exception as error:
             self.workers.check()
-            lost = ClusterError(f"its workers were lost: {error}")
+            lost = ClusterError(f"the workers that had the scan were lost: {error}")
             result = str(lost) if kind == "draw" else Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
         if kind == "draw":
             self.pages[str(scan.output)] = result

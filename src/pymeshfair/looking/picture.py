@@ -229,7 +229,7 @@ class Appearance:
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
     width: int = 640  # the width of a panel, in pixels
     height: int = 640  # the height of a panel, in pixels
-    stripes: float = 8.0  # number of reflection lines over all directions
+    stripes: float = 8.0  # the number of lamps all round, for reflection lines, see `reflection_stripes`
     titles: bool = True  # whether every panel has a title
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
     columns: int = 4  # the largest number of panels in a row

@@ -218,7 +218,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Write the files to the staging folder, unless a limit is broken; return the report for the supervisor."""
+        """Stage the files, the output only if no limit is broken or with `Job.keep_broken`; return the report."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose(self._removed_contents(before.mesh, outcome.result))

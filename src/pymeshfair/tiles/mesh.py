@@ -222,7 +222,7 @@ class MeshTiles:
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the final coordinates sorted by vertex number; returns the corners of their bounding box."""
+        """Writes the tile's final coordinates in the order of its vertex numbers; returns the corners of their bounding box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
@@ -245,7 +245,7 @@ class FilteringTiles:
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Does Taubin's steps, in `state` without the border's moves along the surface; returns the sums of `relaxed_part`."""
+        """Writes relaxed vertices to `moved`, and to `state` without border moves along the surface; returns sums of squares."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
         moved, across, squares = denoising.relaxed_part(
@@ -310,7 +310,7 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> int:
-        """Moves vertices at new folds back to a share of their move; returns how many more faces are folded than before."""
+        """Moves vertices at new folds back to a share of their move; returns by how much the number of folds had grown."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
