@@ -81,9 +81,8 @@ def _independent(
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise: a model of planes, or a clean scan (see `Scan.clean`) without impulses and uneven noise.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
-        # 4. Cross-validation. If all vertices but the outliers are clean, settings that move only outliers are tried, too;
-        # these have no Taubin steps.
-        alone = calmed.replaced is not None and calmed.clean and 0 in repertoire.relaxations
+        # 4. Cross-validation. If there are outliers, settings that move only these are tried, too; they have no Taubin steps.
+        alone = calmed is not scan and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)

@@ -38,29 +38,33 @@ def setting_of_rounded(
 ) -> Choice[Setting] | None:
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
-    The `rounding` is undone first, see `Rounding.undone`. The chosen setting has the least product of roughness and distance of
-    the vertices from their rounding intervals [reginska1996]. `other` is better where details are as fine as the rounding step.
-    Fixed vertices do not count.
+    The `rounding` is undone first, see `Rounding.undone`. The chosen setting is the flattest whose distance from the rounded
+    vertices is at most that of the noise, or that with the least distance [morozov1966]. The noise is that of rounding. Maps of
+    depth cameras, whose steps differ, have other noise, too, which is measured. `other` is better if its result is flatter still,
+    as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
+    of_rounding, added = rounding.step / (unit * float(np.sqrt(12.0))), 0.0
+    if not rounding.equal_steps:
+        added = noise_field(replace(scan, points=scan.points + (rounded - smooth) / unit), *_DETECT, 0.5).variances.sum()
+    counted = scan.scored if scan.scored.any() else np.ones_like(scan.scored)
 
     def measures(result: Floats) -> tuple[float, float]:
-        """Returns the root mean square distance from the rounding intervals, in steps; and roughness * (this + `OUT_OF_STEP`)."""
-        distances = rounding.distances_outside(result, rounded, scan.normals)[scan.scored]
-        out = float(np.sqrt((distances**2).mean())) if len(distances) else 0.0
-        return out, roughness(result, scan.faces) * (out + tuned.OUT_OF_STEP)
+        points = smooth + unit * (result - scan.points)
+        return rounding.distance(points[counted], rounded[counted]), roughness(points, scan.faces)
 
-    results = tried(scan.points, NONE_HELD)
-    rows = measured(results, tried.labels, lambda _, result: measures(smooth + unit * (result - scan.points)), progress)
-    out, products = np.array(rows).T
-    best = int(products.argmin())
-    if measures(other.apply(rounded, scan.faces, border=border, movable=scan.movable))[1] <= products[best]:
+    rows = measured(tried(scan.points, NONE_HELD), tried.labels, lambda _, result: measures(result), progress)
+    distances, flatness = np.array(rows).T
+    allowed = distances <= max(float(np.hypot(1.0, np.sqrt(added) / of_rounding)), distances.min())
+    best = int(np.where(allowed, flatness, np.inf).argmin())
+    if roughness(other.apply(rounded, scan.faces, border=border, movable=scan.movable), scan.faces) <= flatness[best]:
         return None
-    return Scores(out * rounding.step / unit, products - products[best], np.zeros(len(out)), best).choice(tried.labels)
+    errors = distances * of_rounding
+    return Scores(errors, errors**2 - errors[best] ** 2, np.zeros(len(errors)), best).choice(tried.labels)
 
 
 def setting_of_shared(

@@ -31,6 +31,12 @@ class Rounding(NamedTuple):
         """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
+    @property
+    def equal_steps(self) -> bool:
+        """Whether all levels are multiples of one step. Steps of disparity are not: they grow with the distance."""
+        steps = [np.diff(levels) / np.median(np.diff(levels)) for levels in self.levels]
+        return all(np.median(np.abs(step - np.round(step))) < _FLAT for step in steps)
+
     def undone(self, points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
         """Returns (n, 3) points that round to the same levels, but on a smoother surface: one of less bi-Laplacian energy."""
         means, result = ring_means(edges(faces), len(points)), points
@@ -50,20 +56,16 @@ class Rounding(NamedTuple):
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
-    def distances_outside(self, points: Floats, rounded: Floats, normals: Floats) -> Floats:
-        """Returns (n,) how far (n, 3) points are outside the intervals that round to the `rounded` points, in units of the step.
+    def distance(self, points: Floats, rounded: Floats) -> float:
+        """Returns the root mean square distance of (n, 3) points from the `rounded` ones along the axes.
 
-        Points before rounding have the distance 0. With several axes the distance is measured along the axes and along the (n, 3)
-        unit `normals`; the smaller distance counts, since every filter slides vertices along the surface.
+        The unit is the standard deviation of rounding, step / sqrt(12), with the step at each vertex: about 1 before rounding.
         """
-        moves, out, reach = points - rounded, np.zeros(len(points)), np.zeros(len(points))
-        for direction, levels in zip(self.directions, self.levels, strict=True):
-            step = np.gradient(levels)[np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)]
-            out = np.maximum(out, np.abs(moves @ direction) / step - 0.5)
-            reach += 0.5 * step * np.abs(normals @ direction)
-        if len(self.directions) > 1:
-            out = np.minimum(out, np.maximum(np.abs(np.einsum("ij,ij->i", moves, normals)) - reach, 0.0) / self.step)
-        return np.asarray(out)
+        squares = []
+        for direction, levels in zip(*self, strict=True):
+            at = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)
+            squares.append(np.mean(((points - rounded) @ direction / np.gradient(levels)[at]) ** 2))
+        return float(np.sqrt(12.0 * np.mean(squares)))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:

@@ -59,8 +59,6 @@ CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise: depth maps have 0.033, fused maps 0.02 and more. Maps without
 #: noise have up to 0.012, smoothed fused scans 0.015.
 INDEPENDENT = 0.02
-#: The setting for rounded coordinates minimises roughness * (this + distance of vertices from rounding intervals, in steps).
-OUT_OF_STEP = 0.08
 #: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
 #: Fourth-order differences of a rounded surface differ from step / sqrt(12) by less than this factor: they are 0.9 to 1.9 times
