@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..evidence import Choice, Scores, measured, tuned
+from ..evidence import Choice, measured, tuned
 from ..execution import Progress, ignore_progress
 from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
@@ -38,33 +39,32 @@ def setting_of_rounded(
 ) -> Choice[Setting] | None:
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
-    The `rounding` is undone first, see `Rounding.undone`. The chosen setting is the flattest whose distance from the rounded
-    vertices is at most that of the noise, or that with the least distance [morozov1966]. The noise is that of rounding. Maps of
-    depth cameras, whose steps differ, have other noise, too, which is measured. `other` is better if its result is flatter still,
-    as with independent noise. Fixed vertices do not count.
+    The `rounding` is undone first, see `Rounding.undone`. Errors of a result add to its distance from the rounded vertices, since
+    rounding hardly depends on the surface: the least distance is best, see `Scan.flattest`. Maps of depth cameras, whose steps
+    differ, have other noise, too. It is measured, and results within the distance of all noise are allowed [morozov1966]. `other`
+    is better if its result is flatter still, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
-    of_rounding, added = rounding.step / (unit * float(np.sqrt(12.0))), 0.0
+    variance, limit = (rounding.step / unit) ** 2 / 12.0, 0.0
     if not rounding.equal_steps:
-        added = noise_field(replace(scan, points=scan.points + (rounded - smooth) / unit), *_DETECT, 0.5).variances.sum()
-    counted = scan.scored if scan.scored.any() else np.ones_like(scan.scored)
+        field = noise_field(replace(scan, points=scan.points + (rounded - smooth) / unit), *_DETECT, 0.5)
+        limit = float(np.sqrt(variance + field.variances.sum()))
+    counted = np.flatnonzero(scan.scored if scan.scored.any() else np.ones_like(scan.scored)).astype(np.int32)
 
-    def measures(result: Floats) -> tuple[float, float]:
+    def measures(result: Floats) -> tuple[Floats, float]:
         points = smooth + unit * (result - scan.points)
-        return rounding.distance(points[counted], rounded[counted]), roughness(points, scan.faces)
+        return variance * rounding.squares(points[counted], rounded[counted]), roughness(points, scan.faces)
 
-    rows = measured(tried(scan.points, NONE_HELD), tried.labels, lambda _, result: measures(result), progress)
-    distances, flatness = np.array(rows).T
-    allowed = distances <= max(float(np.hypot(1.0, np.sqrt(added) / of_rounding)), distances.min())
-    best = int(np.where(allowed, flatness, np.inf).argmin())
-    if roughness(other.apply(rounded, scan.faces, border=border, movable=scan.movable), scan.faces) <= flatness[best]:
-        return None
-    errors = distances * of_rounding
-    return Scores(errors, errors**2 - errors[best] ** 2, np.zeros(len(errors)), best).choice(tried.labels)
+    results = measured(tried(scan.points, NONE_HELD), tried.labels, lambda _, result: measures(result), progress)
+    squares, flatness = zip(*results, strict=True)
+    choice = scan.flattest(counted, squares, flatness, tried.labels, limit)
+    result = other.apply(rounded, scan.faces, border=border, movable=scan.movable)
+    chosen = list(chain.from_iterable(tried.labels)).index(choice.chosen.label)
+    return None if roughness(result, scan.faces) <= flatness[chosen] else choice
 
 
 def setting_of_shared(

@@ -56,16 +56,16 @@ class Rounding(NamedTuple):
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
-    def distance(self, points: Floats, rounded: Floats) -> float:
-        """Returns the root mean square distance of (n, 3) points from the `rounded` ones along the axes.
+    def squares(self, points: Floats, rounded: Floats) -> Floats:
+        """Returns (n,) squared distances of (n, 3) points from the `rounded` ones along the axes, means over the axes.
 
-        The unit is the standard deviation of rounding, step / sqrt(12), with the step at each vertex: about 1 before rounding.
+        The unit is the variance of rounding, step^2 / 12 with the step at each vertex: before rounding the mean is about 1.
         """
         squares = []
         for direction, levels in zip(*self, strict=True):
             at = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)
-            squares.append(np.mean(((points - rounded) @ direction / np.gradient(levels)[at]) ** 2))
-        return float(np.sqrt(12.0 * np.mean(squares)))
+            squares.append(12.0 * ((points - rounded) @ direction / np.gradient(levels)[at]) ** 2)
+        return np.asarray(np.mean(squares, axis=0))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:

@@ -1,6 +1,6 @@
 """A scan to try filters on: the vertices whose errors count as evidence, tests for noise, and the choice of the best filter."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
@@ -226,20 +226,35 @@ class Scan:
         heights, flatness = zip(*measures, strict=True)
         noisier = candidates(self.points + _LITTLE * b[:, None] * self.normals, NONE_HELD)
         responses = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        # Random vertices are the middles of the regions; an edge belongs to the middle that is nearest to its first vertex.
-        distances = np.linalg.norm(self.points[i] - self.points[i].mean(axis=0), axis=1)
-        middles = i[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
-        middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
-        regions = spatial.cKDTree(self.points[middles]).query(self.points[i])[1]
         squares = ((h[i] - h[j]) ** 2 + 2.0 * (b[i] - b[j]) * (g[i] - g[j]) for h, g in zip(heights, responses, strict=True))
-        sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(i) for values in squares])
-        shares = np.bincount(regions, minlength=_REGIONS) / len(i)
+        return self.flattest(i, squares, flatness, labels)
+
+    def flattest(
+        self,
+        at: Ints,
+        squares: Iterable[Floats],
+        flatness: Sequence[float],
+        labels: Sequence[Sequence[Label]],
+        limit: float = 0.0,
+    ) -> Choice[Label]:
+        """Chooses the flattest result whose error is at most `limit`, or within one standard error of the least.
+
+        `squares` has the (m,) squared errors of each result at the (m,) vertices `at`, `flatness` the roughness of each.
+        """
+        # Random vertices are the middles of the regions; a vertex belongs to the middle that is nearest to it.
+        distances = np.linalg.norm(self.points[at] - self.points[at].mean(axis=0), axis=1)
+        middles = at[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
+        middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
+        regions = spatial.cKDTree(self.points[middles]).query(self.points[at])[1]
+        sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(at) for values in squares])
+        shares = np.bincount(regions, minlength=_REGIONS) / len(at)
         means = sums.sum(axis=1)
         best = int(means.argmin())
         excess = means - means[best]
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
-        flattest = int(np.where(excess <= uncertainty, flatness, np.inf).argmin())
-        return Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best).choice(labels, flattest)
+        allowed = (excess <= uncertainty) | (means <= limit**2)
+        chosen = int(np.where(allowed, flatness, np.inf).argmin())
+        return Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best).choice(labels, chosen)
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:

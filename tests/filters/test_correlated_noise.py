@@ -297,8 +297,8 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     (direction,) = found.directions
     assert np.abs(moves @ direction).max() <= 0.25 + 1e-9
     assert np.abs(np.cross(moves, direction)).max() < 1e-9
-    assert found.distance(truth, vertices) == pytest.approx(1.0, abs=0.05)
-    assert found.distance(vertices + direction, vertices) == pytest.approx(2.0 * 12.0**0.5, rel=1e-3)
+    assert found.squares(truth, vertices).mean() == pytest.approx(1.0, abs=0.05)
+    np.testing.assert_allclose(found.squares(vertices + direction, vertices), 12.0 * 2.0**2, rtol=1e-3)
     assert measured(undone, truth, faces)[0] < 0.2 * measured(vertices, truth, faces)[0]
     movable = vertices[:, 0] > np.median(vertices[:, 0])
     part = found.undone(vertices, faces, movable)
