@@ -23,8 +23,7 @@ class AutomaticChoice(NamedTuple):
     setting: Setting  # the chosen setting
     noise: NoiseEstimate
     evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
-    # True if the noise of neighbours is independent, no outlier was replaced, and at most one other setting is as good.
-    # In nine of ten such cases, the error of the chosen setting is at most 5 % above the least error of all settings.
+    # True if noise is independent, no outlier was replaced, and at most one other setting is as good, see `tuned.SURE`.
     sure: bool = False
 
 

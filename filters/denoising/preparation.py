@@ -18,7 +18,7 @@ from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from .impulses import Outliers, without_outliers
 from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 from .normal_filtering import normal_filtering
-from .rounding import RoundingPolicy, without_rounding
+from .rounding import RoundingPolicy, rounding_of
 
 #: "all": Taubin steps move vertices freely, which reduces noise in all directions and evens out the triangles. "normal": they
 #: move vertices along the normals only, so that no vertex slides along the surface; this suits noise along the normals.
@@ -50,7 +50,7 @@ def denoised(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         outliers: treatment of outliers, see `without_outliers`.
-        rounding: "undo" smooths the terraces of rounded coordinates first, see `without_rounding`.
+        rounding: "undo" smooths the terraces of rounded coordinates first, see `Rounding.undone`.
         relaxation: number of pairs of Taubin steps, see `relaxed`.
         relaxation_direction: direction of the Taubin steps.
         filtering: arguments of `normal_filtering`; None for no normal filtering.
@@ -86,7 +86,8 @@ def denoised(
     if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
         movable = inside if movable is None else movable & inside
-    start = without_rounding(vertices, faces, movable) if rounding == "undo" else vertices
+    levels = rounding_of(vertices, faces) if rounding == "undo" else None
+    start = vertices if levels is None else levels.undone(vertices, faces, movable)
     result = unfolded(vertices, without_outliers(start, faces, outliers, smooth, movable=movable, certain=certain), faces)
     progress(1.0)  # also if no step had to be done
     return result

@@ -118,9 +118,3 @@ def _levels(heights: Floats, width: float) -> Floats | None:
     apart = np.flatnonzero(np.diff(heights) > width)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
     return None if len(low) < 3 or (high - low).max() > width else 0.5 * (low + high)
-
-
-def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:
-    """Returns (n, 3) the points with their rounding undone, a copy if they were not rounded."""
-    rounding = rounding_of(points, faces)
-    return points.copy() if rounding is None else rounding.undone(points, faces, movable)

@@ -208,8 +208,8 @@ class Scan:
         A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
         heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e for a small e. The (n,) heights b have the covariance of the
         noise; `noise` gives them, None means independent noise. Slopes are height differences between edge ends. Their squared
-        error, plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). Of the results within
-        one standard error of the best, the flattest is chosen. Errors are in mean edges. None if no edge joins scored vertices.
+        error, plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). See `flattest` for the
+        choice. Errors are in mean edges. None if no edge joins scored vertices.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
@@ -230,12 +230,7 @@ class Scan:
         return self.flattest(i, squares, flatness, labels)
 
     def flattest(
-        self,
-        at: Ints,
-        squares: Iterable[Floats],
-        flatness: Sequence[float],
-        labels: Sequence[Sequence[Label]],
-        limit: float = 0.0,
+        self, at: Ints, squares: Iterable[Floats], flatness: Sequence[float], labels: Sequence[Sequence[Label]], limit: float = 0
     ) -> Choice[Label]:
         """Chooses the flattest result whose error is at most `limit`, or within one standard error of the least.
 

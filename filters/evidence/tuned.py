@@ -1,7 +1,6 @@
 """Tuned constants of the automatic choice of filters, each with the measurement behind it. Lengths are in mean edges.
 
-The mean angle is the mean error of the face normals. A number after "without it" is the factor by which the mean angle is larger
-without the rule than with it; docs/denoising.md has all rules.
+A number after "without it" is the factor by which the mean error of the face normals is larger without the rule than with it.
 """
 
 #: The median absolute value of a normal distribution of standard deviation 1.
@@ -10,16 +9,14 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 STAYS = 2.0
 
 # Cross-validation.
-#: Number of sets of held-out vertices. With one set instead of four the mean angle is 2 % larger. On a dodecahedron with impulses
-#: it is 0.59 degrees with four or six sets, 0.39 with eight.
+#: Number of sets of held-out vertices. With one instead of four the mean angle is 2 % larger; with eight it is the least.
 MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
 #: The median for a held-out vertex is taken over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges
 #: on its halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7. 40 to 90 choose the same.
 NEAR = 60
-#: A flipped face counts as a deviation of so many edges. With 0 the mean angle is up to 2.8 times as large with sparse noise;
-#: 0.2 to 0.5 choose alike, 1 chooses too smooth results.
+#: A flipped face counts as a deviation of so many edges. Without it up to 2.8 with sparse noise; 0.2 to 0.5 choose alike.
 FLIPPED = 0.3
 
 # No noise.
@@ -33,8 +30,7 @@ SURE, RIVALS = 0.05, 2
 #: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
-#: level, other filters by up to 1.18 times. In uneven noise residuals beside outliers are at least 1.2 times those elsewhere,
-#: with impulses up to 1.1. A gear with noise along one axis ends at 8.3 times the best angle without this rule, at 1.3 with it.
+#: level, others by up to 1.18 times. In uneven noise residuals beside outliers are 1.2 times those elsewhere, or more.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
@@ -56,13 +52,11 @@ FACING = 0.4
 ON_LINES = 0.75
 #: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
 CUT_OFF = 0.06
-#: Noisy maps have at least this much independent noise: depth maps have 0.033, fused maps 0.02 and more. Maps without
-#: noise have up to 0.012, smoothed fused scans 0.015.
+#: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
 INDEPENDENT = 0.02
 #: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
-#: Fourth-order differences of a rounded surface differ from step / sqrt(12) by less than this factor: they are 0.9 to 1.9 times
-#: as large, those of designed parts up to 0.4 times, or 6 times as large.
+#: Fourth-order differences, over step / sqrt(12), are 0.9 to 1.9 on rounded surfaces, up to 0.4 or above 6 on designed parts.
 ROUNDED = 2.0
 
 # Clouds.
