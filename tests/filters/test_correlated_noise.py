@@ -306,6 +306,35 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     assert not np.array_equal(part, vertices)
 
 
+def test_steps_of_files_are_equal_and_those_of_disparity_are_not() -> None:
+    """Levels of a file are multiples of one step, though some are missing; depths of whole disparities are not."""
+    vertices, _, faces = _waves()
+    assert _rounding(vertices, faces).equal_steps
+    assert Rounding((UP[0],), (np.array([0.0, 1.0, 2.0, 5.0, 6.0, 9.0]),)).equal_steps
+    assert not Rounding((UP[0],), (np.sort(100.0 / np.arange(20.0, 40.0)),)).equal_steps
+
+
+def test_the_flattest_of_results_that_are_as_good_is_chosen() -> None:
+    """Within one standard error of the least, or below the limit: squared errors of 1, of 1.005 with and without spread, of 2."""
+    at = np.flatnonzero(SCORED).astype(np.int32)
+    spread = np.random.default_rng(4).normal(size=len(at))
+    one, two = np.ones(len(at)), np.full(len(at), 2.0)
+    for near, limit, expected in ((0.005 + spread - spread.mean(), 0.0, "b"), (0.005, 0.0, "a"), (0.005, 1.5, "c")):
+        found = _scan(FLAT).flattest(at, [one, one + near, two], [3.0, 2.0, 1.0], [["a", "b", "c"]], limit)
+        assert found.chosen.label == expected
+        assert [trial.error for trial in found.trials] == pytest.approx([1.0, 1.005**0.5, 2.0**0.5])
+
+
+def test_a_rounded_relief_keeps_its_relief() -> None:
+    """Bosses of two edges, rounded to 0.6 edges: more than half of the angle is gone. Least roughness would flatten them."""
+    truth, faces = grid(40, 40)
+    truth = truth.astype(float)
+    truth[:, 2] = np.clip(3.0 * np.cos(np.pi * truth[:, 0] / 8.0) * np.cos(np.pi * truth[:, 1] / 8.0), -1.0, 1.0)
+    scan = rounded(0.6)(truth, faces, np.random.default_rng(1))
+    result = automatic_choice(scan, faces).setting.apply(scan, faces)
+    assert measured(result, truth, faces)[0] < 0.5 * measured(scan, truth, faces)[0]
+
+
 def test_coordinates_that_are_all_rounded_are_put_back_along_three_axes() -> None:
     """On a turned ball of 16 edges across: three axes at right angles, one step, and less than half of the distance is left."""
     truth, faces = icosphere(4)
