@@ -124,7 +124,7 @@ def apply_coord_normal_filtering(
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same vertices,
-            each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if an automatic parameter is set.
+            each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """

@@ -212,7 +212,7 @@ def meshlab_taubin_smooth(
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
     Like MeshLab it rounds the factors to single precision. A vertex with b border edges is averaged with itself and its b border
-    neighbours, and so moves b / (b + 1) of the way to their mean.
+    neighbours, and so moves b / (b + 1) times as far as in `taubin_fairing`.
 
     Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
     """

@@ -183,7 +183,7 @@ def rational_filter(
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # 4 sum_{j > k} |c_j| (j - k): T_{k+1} has 4 R T_k, and errors grow like the Chebyshev polynomials of the second kind.
+    # With R of `_System`, T_{k+1} has 4 R T_k, and errors grow like the Chebyshev polynomials of the second kind.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)

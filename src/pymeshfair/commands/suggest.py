@@ -185,7 +185,7 @@ def _kind(values: dict[str, Any]) -> str:
 
 
 def _setting_lines(values: dict[str, Any]) -> list[str]:
-    """Lines with the errors of the best settings, and of the first setting tried, which does nothing."""
+    """Lines with the errors of the best settings, and of the first setting tried, which filters nothing."""
     tried = values.get("tried", [])
     if not tried:
         return []

@@ -1126,8 +1126,8 @@ class FilterMethods(metaclass=LateMethods):
                 large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
                 once.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same
-                vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if an automatic
-                parameter is set.
+                vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
+                replaces an 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is

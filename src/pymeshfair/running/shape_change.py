@@ -262,7 +262,7 @@ def warnings_of(
     if erased:
         yield (
             f"{change.relief_lost:.0%} of the relief apart from noise is gone: compare the result with the scan; if that "
-            f"was detail: {', or '.join([*remedies, 'leave it as it is'])}; `pymeshfair suggest` tries recipes and shows "
+            f"was detail: {', or '.join([*remedies, 'leave the scan as it is'])}; `pymeshfair suggest` tries recipes and shows "
             "the relief that each would remove"
         )
 

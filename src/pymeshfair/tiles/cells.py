@@ -30,7 +30,7 @@ CELL, MOST_CELLS = 512, 1 << 18
 #: yields (n, 3) coordinates and (n,) numbers (indices in the input), slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
 
-#: sampled points for each bucket, and the most sampled points in total
+#: wanted sample: points for each bucket, and the most points in total; a sample has up to twice as many as wanted
 _SAMPLED, _LARGEST_SAMPLE = 4096, 1 << 19
 #: the most buckets of one division; their files are opened one at a time
 MOST_BUCKETS = 512
@@ -202,7 +202,7 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "
 
 
 def _sample(slices: Slices, count: int, buckets: int) -> Floats:
-    """Returns points at equal intervals of their numbers: at most about `_SAMPLED` for each bucket."""
+    """Returns points at equal intervals of their numbers, see `_SAMPLED`."""
     step = max(1, count // min(buckets * _SAMPLED, _LARGEST_SAMPLE))
     parts, skipped = [np.empty((0, 3))], 0
     for points, _ in slices():
