@@ -23,9 +23,9 @@ from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertic
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
-    "and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at once."
+    "and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round values at once."
 )
-SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' is first here, last in `SpaceKernel`
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `Enum()` would list 'constant' last
 ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More steps smooth more, take longer, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
@@ -106,9 +106,9 @@ def apply_coord_normal_filtering(
 ) -> Edit:
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
-    Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-    parameters keep their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in
-    mean edges), and how many faces look away from the faces around them, before and after.
+    Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
+    their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in mean edges), and
+    how many faces look away from the faces around them, before and after.
 
     Args:
         vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.
@@ -124,7 +124,7 @@ def apply_coord_normal_filtering(
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same vertices,
-            each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if an automatic parameter is set.
+            each with its best amount. The filtered mesh is the same. No effect with 'fixed' or if a parameter is not left 'auto'.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.
     """
