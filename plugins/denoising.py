@@ -23,9 +23,9 @@ from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertic
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
-    "and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at once."
+    "and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round values at once."
 )
-SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # 'constant' is first here, last in `SpaceKernel`
+SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `Enum()` would list 'constant' last
 ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More steps smooth more, take longer, and shrink more.")
 Auto: TypeAlias = Literal["auto"]
 
@@ -106,9 +106,9 @@ def apply_coord_normal_filtering(
 ) -> Edit:
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
-    Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-    parameters keep their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in
-    mean edges), and how many faces look away from the faces around them, before and after.
+    Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
+    their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in mean edges), and
+    how many faces look away from the faces around them, before and after.
 
     Args:
         vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.

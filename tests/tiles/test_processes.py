@@ -248,4 +248,4 @@ def test_inputs_that_cannot_be_cut_are_refused(recipe: Path, tmp_path: Path) -> 
         assert done.exit_code == 1
         assert said in done.stderr
     done = invoke("run", recipe, mesh, "-o", tmp_path / "out.ply", "--tiles")
-    assert "it has 80 rows of element 'face'; by tiles, outliers are found only in clouds" in done.stderr
+    assert "it has 80 rows of element 'face'; by tiles, the recipe takes only clouds" in done.stderr

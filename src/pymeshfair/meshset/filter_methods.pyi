@@ -1081,9 +1081,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
-        Without parameters it tries many settings, and takes the one with the least prediction error at held-out vertices; given
-        parameters keep their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement
-        in mean edges), and how many faces look away from the faces around them, before and after.
+        Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
+        their values. Returns the parameters in use, the findings, the trials, the drift (the mean displacement in mean edges),
+        and how many faces look away from the faces around them, before and after.
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
@@ -1123,8 +1123,8 @@ class FilterMethods(metaclass=LateMethods):
                 set. Takes a whole number from 0 to 10000, or 'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
-                large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
-                once.
+                large mesh, and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round
+                values at once.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same
                 vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
                 replaces an 'auto'.
@@ -1603,8 +1603,8 @@ class FilterMethods(metaclass=LateMethods):
             normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
                 a whole number from 1 to 10000, or 'auto'.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
-                large mesh, and takes one of those with the least error at held-out vertices. 'fixed': takes all-round values at
-                once.
+                large mesh, and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round
+                values at once.
             selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as
                 neighbours.
 

@@ -1,4 +1,4 @@
-"""Reads and writes files by slices: binary PLY, and clouds in E57, LAS and LAZ with all dimensions, scales and offsets."""
+"""Reads and writes files by slices: binary PLY, and clouds in LAS and LAZ with all dimensions, scales and offsets. Reads E57."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -296,5 +296,5 @@ def open_cloud(path: Path) -> Source | E57Cloud:
     if not len(cloud):  # raises if the file cannot be opened
         raise ContentsError("no vertex could be read from it")
     if isinstance(cloud, PlyFile):
-        cloud.check_others(("vertex",), "by tiles, outliers are found only in clouds")
+        cloud.check_others(("vertex",), "by tiles, the recipe takes only clouds")
     return cloud
