@@ -182,7 +182,7 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """The differences of two results of a random filter that are larger than chance explains."""
+    """The differences of two outputs that are larger than chance explains."""
     for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if old != new:
             yield f"it had {old:,} {kind}, and has {new:,} now"
