@@ -151,7 +151,7 @@ def load(code: MachineCode, name: str) -> Callable[..., Any]:
 
 
 def load_linker() -> None:
-    """Loads the libraries that `load` needs, before the first function."""
+    """Loads what `read` and `load` need, so that the first kernel does not wait for it."""
     platform_name()
     _engine()
 

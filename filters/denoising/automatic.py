@@ -57,7 +57,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, if coordinates are not rounded. It is not found unless the calmest parts of the mesh have it, too.
+    # 1. Correlated noise, found only if the calmest parts have it, too. Rounded coordinates come after the other steps, below.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)

@@ -95,7 +95,7 @@ class ShiftedFactors:
 FINEST_TOLERANCE = 1e-12
 #: A backward error of at most this size is due to rounding.
 _ROUNDING = 1e-14
-#: A matrix with a `SpdSystem.smoothness` below this is singular to rounding and not factorised.
+#: A matrix with a `SpdSystem.smoothness` below this is singular to rounding: not factorised before a solve has converged.
 _SINGULAR = 1e-13
 #: If at most `_FEW_STEPS` steps are predicted, the diagonal is tried as preconditioner, for at most `_JACOBI_STEPS` steps.
 _FEW_STEPS, _JACOBI_STEPS = 100, 250
@@ -347,7 +347,7 @@ def refined_solution(
     system = SpdSystem.of(matrix)
     solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.asarray(start, dtype=np.float64)
-    del start  # so that the first step frees its memory
+    del start  # so that the second step frees its memory
     before, steps = np.inf, 0
     while True:
         r = first if steps == 0 and first is not None else residual(x)

@@ -34,7 +34,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Verification:
-    """The result of a repeated run."""
+    """The result of `verify_output`."""
 
     verdict: Verdict
     findings: tuple[str, ...] = ()  # sentences that say what differs, and where
@@ -86,7 +86,7 @@ def verify_output(
 class _Plan(NamedTuple):
     job: Job
     files: Sequence[str]  # the names of the output and its side files
-    unrepeatable: Mapping[str, float]  # the random filters, each with the tolerance for its results as a share of the diagonal
+    unrepeatable: Mapping[str, float]  # random filters and formats, each with the tolerance for its results, in diagonals
     versions: Sequence[str]  # sentences on versions that have changed
     notes: Sequence[str]  # sentences on the recipe
 
@@ -182,7 +182,7 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """The differences of two results of a random filter that are larger than chance explains."""
+    """The differences of two outputs that are larger than chance explains."""
     for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if old != new:
             yield f"it had {old:,} {kind}, and has {new:,} now"
