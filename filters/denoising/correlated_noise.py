@@ -40,19 +40,19 @@ def setting_of_rounded(
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
     The `rounding` is undone first, see `Rounding.undone`. Errors of a result add to its distance from the rounded vertices, since
-    rounding hardly depends on the surface: the least distance is best, see `Scan.flattest`. Maps of depth cameras, whose steps
-    differ, have other noise, too. It is measured, and results within the distance of all noise are allowed [morozov1966]. `other`
-    is better if its result is flatter still, as with independent noise. Fixed vertices do not count.
+    rounding hardly depends on the surface: the least distance is best, see `Scan.flattest`. Depth maps have other noise, too, if
+    steps differ or undoing leaves a smooth surface. It is measured, and results within the distance of all noise are allowed
+    [morozov1966]. `other` is better if its result is flatter still, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
-    variance, limit = (rounding.step / unit) ** 2 / 12.0, 0.0
-    if not rounding.equal_steps:
-        field = noise_field(replace(scan, points=scan.points + (rounded - smooth) / unit), *_DETECT, 0.5)
-        limit = float(np.sqrt(variance + field.variances.sum()))
+    variance, scans = (rounding.step / unit) ** 2 / 12.0, (replace(scan, points=scan.points + (rounded - smooth) / unit), scan)
+    before, after = (noise_field(each, *_DETECT, 0.5).variances.sum() for each in scans)
+    is_depth = len(rounding.levels) == 1 and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING
+    limit = 0.0 if rounding.equal_steps and not (is_depth and after < 0.01 * before) else float(np.sqrt(variance + before))
     counted = np.flatnonzero(scan.scored if scan.scored.any() else np.ones_like(scan.scored)).astype(np.int32)
 
     def measures(result: Floats) -> tuple[Floats, float]:
