@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,22 +48,23 @@ def setting_of_rounded(
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
-    variance, scans = (rounding.step / unit) ** 2 / 12.0, (replace(scan, points=scan.points + (rounded - smooth) / unit), scan)
-    before, after = (noise_field(each, *_DETECT, 0.5).variances.sum() for each in scans)
+    variance, limit = (rounding.step / unit) ** 2 / 12.0, 0.0
     is_depth = len(rounding.levels) == 1 and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING
-    limit = 0.0 if rounding.equal_steps and not (is_depth and after < 0.01 * before) else float(np.sqrt(variance + before))
+    if is_depth or not rounding.equal_steps:
+        scans = replace(scan, points=scan.points + (rounded - smooth) / unit), scan
+        before, after = (noise_field(each, *_DETECT, 0.5).variances.sum() for each in scans)
+        if not rounding.equal_steps or after < tuned.UNDONE * before:
+            limit = float(np.sqrt(variance + before))
     counted = np.flatnonzero(scan.scored if scan.scored.any() else np.ones_like(scan.scored)).astype(np.int32)
 
-    def measures(result: Floats) -> tuple[Floats, float]:
+    def measures(_: int, result: Floats) -> tuple[Floats, float]:
         points = smooth + unit * (result - scan.points)
         return variance * rounding.squares(points[counted], rounded[counted]), roughness(points, scan.faces)
 
-    results = measured(tried(scan.points, NONE_HELD), tried.labels, lambda _, result: measures(result), progress)
-    squares, flatness = zip(*results, strict=True)
+    squares, flatness = zip(*measured(tried(scan.points, NONE_HELD), tried.labels, measures, progress), strict=True)
     choice = scan.flattest(counted, squares, flatness, tried.labels, limit)
     result = other.apply(rounded, scan.faces, border=border, movable=scan.movable)
-    chosen = list(chain.from_iterable(tried.labels)).index(choice.chosen.label)
-    return None if roughness(result, scan.faces) <= flatness[chosen] else choice
+    return None if roughness(result, scan.faces) <= flatness[choice.trials.index(choice.chosen)] else choice
 
 
 def setting_of_shared(

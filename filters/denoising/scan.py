@@ -244,11 +244,9 @@ class Scan:
         sums = np.array([np.bincount(regions, values, minlength=_REGIONS) / len(at) for values in squares])
         shares = np.bincount(regions, minlength=_REGIONS) / len(at)
         means = sums.sum(axis=1)
-        best = int(means.argmin())
-        excess = means - means[best]
+        best, excess = int(means.argmin()), means - means.min()
         uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
-        allowed = (excess <= uncertainty) | (means <= limit**2)
-        chosen = int(np.where(allowed, flatness, np.inf).argmin())
+        chosen = int(np.where((excess <= uncertainty) | (means <= limit**2), flatness, np.inf).argmin())
         return Scores(np.sqrt(np.maximum(means, 0.0)), excess, uncertainty, best).choice(labels, chosen)
 
 

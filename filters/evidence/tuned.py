@@ -56,6 +56,8 @@ CUT_OFF = 0.06
 INDEPENDENT = 0.02
 #: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
+#: Undoing the rounding of a smooth depth map leaves less than this share of the variance; with relief 0.02 and more are left.
+UNDONE = 0.01
 #: Fourth-order differences, over step / sqrt(12), are 0.9 to 1.9 on rounded surfaces, up to 0.4 or above 6 on designed parts.
 ROUNDED = 2.0
 
