@@ -22,7 +22,7 @@ _CLEARLY = 0.5
 _NEAR = 1.0
 # Then the normals of the rims decide, if the cosine of the angle between them exceeds this in absolute value.
 _PARALLEL = 0.7
-#: The most vertices of a band.
+#: The most triangles of a band.
 MOST_ADDED = 10_000_000
 #: The most spans (edges from one rim to the other) in the search for a band. Each takes a byte: 400 MB in all, and 3 s.
 MOST_SPANS = 400_000_000
@@ -213,7 +213,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(
             f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would have more than "
-            f"{MOST_ADDED:,} vertices; bring the parts closer together"
+            f"{MOST_ADDED:,} triangles; bring the parts closer together"
         )
     return max(1, count)
 

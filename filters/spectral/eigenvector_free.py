@@ -61,8 +61,8 @@ def filter_without_eigenvectors(
         problem: S, M and the components, n rows.
         values: v, (n,) or (n, k).
         response: F.
-        tolerance: the largest error in the M-norm, as a share of |v - means|_M; the solves of the rational route may add a third
-            of it. Below 1e-12 the rounding errors exceed it. The time grows with the logarithm of 1 / tolerance.
+        tolerance: the error aimed at in the M-norm, as a share of |v - means|_M; `Filtered.share` is the error reached. Solves of
+            the rational route may add a third of the tolerance. Below 1e-12 rounding errors exceed it. Smaller takes longer.
         route: "polynomial": products with S, about three for each edge in the cutoff wavelength, more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: the largest number of pieces that get a line each
 _MOST_PIECES = 5
-#: a measure, its words in the table, and whether it has a row even if all its values are 0 or unknown
+#: a measure, its words, and whether it has a row even if all its values are 0 or unknown (unknown: not if all meshes are clouds)
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),

@@ -48,7 +48,7 @@ class SlicedTable:
                 if wrong.any():
                     raise ContentsError(
                         f"the list {p.name!r} of its {self.element.name} {first + int(wrong.argmax()) + 1:,} has another length "
-                        f"than {length}; by tiles, all faces must be triangles: read and save it whole with pymeshfair run"
+                        f"than {length}; by tiles, all faces must be triangles: triangulate the mesh, or drop --tiles"
                     )
         return rows
 
