@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: Corners of folded faces first keep this share of their move (0 restores spikes); this many rings decide if a vertex goes back.
+#: The share of their move that corners of new folds keep at first (0 would restore spikes); the rings that `going_back` needs.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -94,7 +94,7 @@ def denoised(
 
 
 def direction_for(noise: NoiseEstimate) -> RelaxationDirection:
-    """Returns the direction of relaxation: "normal" if the noise is weaker along the surface than along the normals."""
+    """Returns the direction of relaxation: "normal" if the noise along the surface is clearly weaker than along the normals."""
     return "all" if noise.tangential > _ALL_DIRECTIONS * noise.deviation else "normal"
 
 

@@ -1,6 +1,6 @@
 """Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
-If the matrix is nearly diagonal, its diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
+If few steps are predicted, the diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
 and multigrid preconditions large ones: its cost per row depends neither on a diffusion's time step nor on the row count. Factors
 are also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
@@ -107,7 +107,7 @@ _MANY_SOLVES = 4
 Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
 #: A direct solution must reach this backward error, which leaves room for ill-conditioned systems.
 _DIRECT_ROUNDING = 1e-12
-#: Beyond this number of rows the factors outgrow their 32-bit indices and the memory of most machines.
+#: Beyond this number of rows the factors outgrow the memory of most machines.
 _LARGEST_FACTORS = 3_000_000
 
 

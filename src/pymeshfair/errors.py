@@ -65,7 +65,7 @@ def require_extra(extra: str, *packages: str) -> None:
 
 
 class DeclarationError(PymeshfairError, TypeError):
-    """The declaration of a filter contradicts itself; raised at the definition of the filter, never in a run."""
+    """The declaration of a filter is wrong; raised at the definition of the filter, never in a run."""
 
 
 class MeshError(PymeshfairError):

@@ -128,7 +128,7 @@ class _RefusedError(Exception):
 
 
 def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
-    """The value in the attributes of a ``<Param>``, None if it cannot be read, and all complaints."""
+    """The value in the attributes of a ``<Param>``, None if it cannot be read or is not allowed, and all complaints."""
     complaints = list(type_complaints(parameter, attributes))
     try:
         value = parameter.check(_read(parameter, attributes))
