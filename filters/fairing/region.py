@@ -88,8 +88,8 @@ def fair_region(
     Raises:
         FilterInputError: not a mesh, or an unknown energy. Also a connected part of the free vertices without a fixed neighbour,
             such as a whole closed component: its place is undetermined. Also a part with fewer than three fixed vertices within k
-            rings, or with all of them in one line: the part would shrink. Also a vertex that would be moved by more than twice
-            the diagonal of the region with its rings, even when placed by connectivity alone.
+            rings, or with all of them in one line that does not contain the part: it would shrink. Also a vertex that would be
+            moved by more than twice the diagonal of the region with its rings, even when placed by connectivity alone.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)

@@ -10,8 +10,8 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. The factor below 1
-#: allows for spacings up to 1.5 times as large at borders, where all neighbours lie on one side, or between random points.
+#: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. A median of up to
+#: 1.5 times that of the cloud is not sparse: borders, where all neighbours lie on one side, and random points may have it.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 # All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53

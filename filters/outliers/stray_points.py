@@ -18,7 +18,7 @@ from .local_outlier_probability import standard_distances
 _FLAT = 0.06
 # Parts that fill space have a mean thickness of 0.17 to 0.19, surfaces 0.09. Above `_FULL` parts need `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
-# Linked points may be sparser by this factor: foliage has 2.7 times the median spacing in a scan of 25 points per square metre.
+# For linked points the spacing limit is larger by this factor: foliage has 2.7 median spacings at 25 points per square metre.
 _FOLIAGE = 2.0
 #: Number of rounds in which points linked to the surface join it.
 JOINED = 2
@@ -42,7 +42,7 @@ class StrayRule:
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
     def is_joined(self, links: Longs) -> Bools:
-        """Returns (n,) whether a point has enough links to a surface."""
+        """Returns (n,) whether a point has enough links: at least a quarter of the number of neighbours."""
         return 4 * links >= self.neighbors
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:

@@ -1,11 +1,11 @@
 """The eigenproblem of a surface, S v = kappa M v, and responses: the factors by which filters multiply its modes.
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
-All responses combine profiles exp(-ln 2 (omega / omega_c)^(2 n)) with one or two cutoffs omega_c: diffusion of order n over the
-time that halves the amplitude at omega_c. A profile is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy
-to approximate by polynomials. It falls faster and so needs fewer eigenvectors: at n = 2 it is below 1e-6 beyond 2.12 omega_c,
-where the rational function is still 5 %. The default n = 2 is the lowest order that is flatter at omega = 0 than ordinary
-diffusion. Higher orders are closer to an ideal cutoff, ring more and cost more.
+All responses combine profiles exp(-ln 2 (omega / omega_c)^(2 n)) with one or two cutoffs omega_c. Diffusion of order n has this
+profile after the time that halves the amplitude at omega_c. A profile is as flat at 0 as the rational function
+1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate by polynomials. It falls faster and so needs fewer eigenvectors: at
+n = 2 it is below 1e-6 beyond 2.12 omega_c, where the rational function is still 5 %. The default n = 2 is the lowest order that
+is flatter at 0 than ordinary diffusion. Higher orders are closer to an ideal cutoff, ring more and cost more.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Surface
     """Builds the eigenproblem of a mesh.
 
     Raises:
-        FilterInputError: not a mesh, an unknown operator, or "cotangent" and a vertex whose triangles all have no area.
+        FilterInputError: not a mesh, an unknown operator, a size out of range, or a vertex without area in a component with area.
     """
     points, triangles = check_mesh(vertices, faces)
     check_size(1.0 / normalised_mesh(points, triangles).scale)

@@ -54,5 +54,5 @@ def test_the_bar_counts_failures(scans: list[Scan], capsys: pytest.CaptureFixtur
             show.outcome(scan, outcome)
         (task,) = show._bar.tasks
         assert (task.completed, task.total) == (3, 3)
-        assert task.description == "1 failed"
+        assert task.description == "1 failed or broken"
     assert "c.ply: failed: torn\\x07" in capsys.readouterr().err

@@ -144,7 +144,7 @@ class BatchBar(BatchLines):
         if outcome.status != "done":
             self._failed += 1
             self.note(_line(scan, outcome))
-        self._bar.update(self._task, advance=1, description=f"{self._failed} failed")
+        self._bar.update(self._task, advance=1, description=f"{self._failed} failed or broken")
 
 
 def _line(scan: Scan, outcome: Outcome) -> str:

@@ -31,7 +31,7 @@ class Finding:
 
 
 def doctor(
-    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list what killed runs left in FOLDER.")] = None,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list files that killed runs left in FOLDER.")] = None,
     remove: Annotated[bool, Option("--remove", help="Remove the files that killed runs left in FOLDER.")] = False,
     warm: Annotated[bool, Option("--warm", help="First compile all filters, for example for a container's image.")] = False,
     json: Json = False,

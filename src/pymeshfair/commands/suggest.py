@@ -71,7 +71,7 @@ def suggest(
     recipe = None if values is None else _explicit(scan, values, traits["noise"])
     if output is not None:
         if recipe is None:
-            raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
+            raise PymeshfairError(f"{scan} has no {'noise to remove' if values else 'faces'}: no recipe is written to {output}")
         save_text(format_script(recipe.script), output, overwrite=overwrite)
     traits_here = _by_evidence(traits, values)
     tried = {} if values is None else _trials(read.mesh, traits_here, values, recipe, timeout)

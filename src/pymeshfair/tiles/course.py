@@ -179,7 +179,7 @@ class _TiledRun:
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
     def _report_skipped(self, number: int) -> None:
-        """Reports the steps before `number` that were done together with an earlier step."""
+        """Reports the steps before `number` that have no plan: they were done with the step before, or move nothing."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
                 pass
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes for each cell that has one of its vertices, on average 23; before `remove_unordered` twice that.
+    # A face takes 20 bytes for each cell that has one of its vertices, on average 23; while faces are sorted, up to twice that.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)
