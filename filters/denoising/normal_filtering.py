@@ -138,7 +138,7 @@ def rounds(
 ) -> Iterator[Floats]:
     """Yields the points after each round of `normal_filtering`, without end, or nothing if no point may move.
 
-    The mesh is in the order of `adjacency`. `progress` gets the share of finished passes. If a face would fold, its corners stay.
+    The mesh is in the order of `adjacency`. `progress` gets the share of finished passes. For folding faces see `_FOLD_TESTS`.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:

@@ -32,7 +32,7 @@ class SharpEdges(NamedTuple):
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
     """Returns the edges with exactly two faces whose normals differ by at least `SHARP` degrees.
 
-    Noise of half an edge length makes every edge sharp, so on a noisy scan the result only measures the noise.
+    Noise of half an edge length makes about half of all edges sharp, so on a noisy scan the result only measures the noise.
 
     Raises:
         FilterInputError: not a mesh.

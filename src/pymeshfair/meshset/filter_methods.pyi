@@ -1212,7 +1212,7 @@ class FilterMethods(metaclass=LateMethods):
         are all selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around
         the region, so select all of the damage and one ring more. Returns how many vertices moved; of the solution the backward
         error, the number of corrections and the last one as a share of the region's diagonal; with `remesh` the numbers of old
-        and new elements.
+        and new elements instead.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the

@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the new result differs from the old script's, run by MeshLab of then or of today; empty if equal
+    meaning: str = ""  # how the new script's result differs from the old script's in old or in today's MeshLab; empty if equal
 
     @property
     def same_meaning(self) -> bool:
@@ -83,7 +83,7 @@ def shortened(text: str) -> str:
 def checked_name(name: str, of_what: str) -> str:
     """Returns a setting's name or a step's tag; it must consist of letters, digits and underscores, with no digit first."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
-        raise ParameterError(f"the {of_what} {shortened(name)!r} must consist of letters, digits and underscores")
+        raise ParameterError(f"the {of_what} {shortened(name)!r} must consist of letters, digits and underscores, no digit first")
     return name
 
 
