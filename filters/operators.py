@@ -79,7 +79,7 @@ class Laplacian:
         stiffness: C, (n, n) scipy.sparse.csr_matrix float64, symmetric, negative semidefinite, with
             C_ij = w_ij for an edge and C_ii = -sum_j w_ij, so that every row sums to 0. Indices are sorted; the diagonal
             is stored.
-        mass: the diagonal of M, (n,) float64, not negative; 0 at a vertex that no triangle uses.
+        mass: the diagonal of M, (n,) float64, not negative; 0 at a vertex without neighbours.
     """
 
     stiffness: sparse.csr_matrix
@@ -172,8 +172,8 @@ def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
 def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacian:
     """L p_i = sum_j w_ij (p_j - p_i) / sum_j w_ij with w_ij = 1 / |p_j - p_i|; mass sum_j w_ij [desbrun1999].
 
-    The vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1 is
-    stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
+    The inner vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1
+    is stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     stiffness = assemble_stiffness(rings, 1.0 / floored_lengths(vertices, rings))
@@ -439,8 +439,8 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     """Builds the Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
     "cotangent" is linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust" is the same on the
-    intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto" takes "robust" if the mesh is not manifold or has a
-    triangle with nearly no area, else "cotangent".
+    intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto" takes "robust" if an edge has more than two
+    faces or a triangle has nearly no area, else "cotangent".
 
     Raises:
         FilterInputError: an unknown operator.

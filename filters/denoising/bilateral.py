@@ -113,7 +113,7 @@ def bilateral_jones(
     The mean is sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g, with a_q the area and c_q the centre of q. The
     plane of q goes through c_q. Its normal is mollified: it is the normal of q after each vertex has moved to the mean
     sum_q a_q f'(|c_q - p|) c_q / sum_q a_q f', where f' is f with half the sigma. The sums go over the triangles with centres
-    within sqrt(2) sigma. So the mesh need not be manifold or connected, but only g separates sheets closer than this.
+    within sqrt(2) times the sigma of f or f'. So the mesh need not be manifold or connected, but only g separates close sheets.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cells as wide as the kernel's radius: 9 slices hold the 27 cells at a vertex."""
+    """The triangles with an area, sorted by grid cell, so that those in the 27 cells at a vertex form 9 runs, each along z."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals

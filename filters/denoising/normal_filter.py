@@ -1,4 +1,4 @@
-"""Filters of face normals: settings, weights, and the weighted mean of each normal and its neighbours.
+"""Filters of face normals: settings, weights, and the weighted mean of the normals around each face.
 
 At a border all neighbours lie on one side and bias the mean; there most methods move the mean towards a local linear fit.
 """
@@ -34,7 +34,7 @@ _GAUSSIAN = KERNEL_CODES["gaussian"]
 _BATCH = 256
 # The ridge of the trend fit, as a share of the trace of the second moments. It suppresses a trend across a single row of faces.
 _RIDGE = 0.02
-# The mean moves towards the trend by the share 1 - `_SHRINKAGE` * variance / squared shift, at least 0 [james1961].
+# `_follow_trend` moves the mean a towards the fit b by the share 1 - `_SHRINKAGE` * s^2 / |b - a|^2, at least 0 [james1961].
 _SHRINKAGE = 2.0
 # Number of coefficients of a trend along the surface, a value and two slopes, for each component of the normal.
 _COEFFICIENTS = 3.0
@@ -122,7 +122,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Only these two count the face itself; in others a kernel such as 1 / x would prefer it, as its deviation is 0.
+            # Other methods with kernels leave the face out: its deviation is 0, so that a kernel such as 1 / x would prefer it.
             settings.method in ("averaged", "guided"),
         )
 

@@ -81,7 +81,7 @@ def spectrum(
             modes up to a higher frequency, and take longer.
         steps: the steps of the Lanczos process; None for enough to resolve the bands above the last mode, at most 600. More steps
             separate neighbouring bands more sharply, especially at low frequencies, and take longer.
-        operator: "cotangent", "robust", or "auto": "robust" if the mesh is not manifold or has slivers.
+        operator: "cotangent", "robust", or "auto": "robust" if the mesh has non-manifold edges or slivers.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -150,7 +150,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # A bound on S_ii / M_i adds mass S_ii / bound - M_i at vertex i; bounds[k] adds `_ADDED` of all mass at the k + 1 stiffest.
+    # S_ii / M_i falls to a bound if M_i grows by S_ii / bound - M_i; bounds[k] gives the k + 1 stiffest `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # bounds[k] rises while the next ratio exceeds it; its maximum is the bound that adds mass at exactly the k + 1 stiffest.
     bound = float(bounds.max(initial=0.0))

@@ -148,7 +148,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
         raise InputError(
             path,
             f"only MeshLab's own reader understands .{kind} files, and it does not check their contents; "
-            f"save it as .ply or .obj, or give --unchecked if you trust it",
+            f"save the mesh as .ply or .obj, or give --unchecked if you trust the file",
         )
     try:
         with unchanged(path):

@@ -255,7 +255,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
     of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
     arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces)}
     if others := sorted(of_cells.keys() - arrays.of_faces.keys()):
-        arrays.lost.append(f"cell values that lines or points also have are not taken: {', '.join(others)}")
+        arrays.lost.append(f"cell values of a mesh with line or point cells are not taken: {', '.join(others)}")
     uv = mesh.active_texture_coordinates
     if uv is not None:
         arrays.uv = _numbers(uv)

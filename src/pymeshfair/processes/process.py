@@ -54,7 +54,7 @@ class Process:
     """A worker process, which does one order at a time."""
 
     def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
-        """Starts the process: a fork of this process, or a new interpreter, which imports `modules` before the first order.
+        """Starts the process: a fork of this process, or a new interpreter, which imports `modules` while it waits for orders.
 
         `threads` is the number of threads that a filter may use, see `worker_environment`.
         """

@@ -237,7 +237,7 @@ class Watch:
         return False
 
 
-MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports before its first order
+MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports while it waits for its first order
 #: does the work of a run, given the job, the staging folder, the queue of signals, and the callback for events
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
@@ -269,7 +269,7 @@ def run_job(
         ParameterError: there are limits, but measures are off; or a length has a unit, but the unit of the scan is not known.
         InputError, OutputError: a file cannot be read; the output cannot or must not be written.
         StepFailedError, WorkerDied: a filter failed, or ended the worker process.
-        GuardBroken, RunTimeout, OutOfMemory: the result breaks a limit, or the run needed more time or memory than it may use.
+        GuardBroken, RunTimeout, OutOfMemory: a limit is broken (only maps are written); time or memory is exceeded.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
