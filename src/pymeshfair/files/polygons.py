@@ -48,7 +48,7 @@ class Outlines(NamedTuple):
 
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
-    triangles: Longs  # (p,) the first triangle of each polygon
+    triangles: Longs  # (p,) the triangle of the first corner of each polygon
     notes: tuple[str, ...] = ()  # about polygons left as triangles, since some triangles are gone or an edge occurs twice
 
 

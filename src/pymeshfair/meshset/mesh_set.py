@@ -37,8 +37,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     a step of filter scripts. They change the current mesh in place and keep all its other data. A `pymeshlab.Mesh` that was
     fetched before shows the new state.
 
-    A filter that moves the vertices of a mesh with faces uses up one layer id of MeshLab; a filter that adds elements uses up
-    two. So the ids of later layers skip numbers. Scripts number the layers without these gaps.
+    Filters of plugins use up layer ids of MeshLab for helper layers, for instance one to move the vertices of a mesh with
+    faces. So the ids of later layers skip numbers. Scripts number the layers without these gaps.
 
     Attributes:
         on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; may raise to stop
@@ -75,7 +75,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
             UnknownLayerError: no layer has the given id.
-            FilterFailedError: a plugin's filter failed; the mesh is unchanged.
+            FilterFailedError: a plugin's filter failed; the mesh is unchanged, unless MeshLab could not take the whole result.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
@@ -179,7 +179,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
         """Adds a mesh of pymeshlab, trimesh, Open3D or PyVista as a layer; see `to_trimesh` for the way back.
 
-        A warning of the logger ``pymeshfair`` names contents that MeshLab does not take.
+        A note, see `on_note`, names contents that MeshLab does not take.
 
         Raises:
             ForeignMeshError: `mesh` is no mesh of these packages.
@@ -195,7 +195,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def to_trimesh(self) -> Any:
         """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
-        A warning of the logger ``pymeshfair`` names contents that trimesh does not take; `to_open3d` and `to_pyvista` warn, too.
+        A note, see `on_note`, names contents that trimesh does not take; `to_open3d` and `to_pyvista` send such notes, too.
         """
         return self._exported(exchange.to_trimesh)
 

@@ -13,7 +13,7 @@ from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.guards import ARTICLE, UNKNOWN, Condition
 from .measuring import MeasuredMesh
 
-#: the traits that must be measured on the surface, up to some tenths of a second each; `MeasuredMesh.measures` gives the others
+#: the traits that must be measured on the surface, up to some tenths of a second each; `MeasuredMesh` gives the others
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: the attributes of a mesh with a texture

@@ -2,7 +2,7 @@
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
-close together (more in a huge cloud), and their bounding box; a tile is a range of cells. No result depends on the division.
+close together (more in a huge cloud), and their bounding box; a tile is a range of cells. Only signs of normals depend on tiles.
 """
 
 from __future__ import annotations

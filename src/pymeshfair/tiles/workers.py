@@ -96,7 +96,7 @@ def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], A
         # Pickles can run code, so a folder of another user is not read.
         status = path.lstat()
         if not stat.S_ISDIR(status.st_mode) or (hasattr(os, "getuid") and status.st_uid != os.getuid()):
-            return {}, 0, f"the folder {path} belongs to another user"
+            return {}, 0, f"{path} is not a folder of this user"
         with (path / _JOURNAL).open("rb") as file:
             former = pickle.load(file)
             if former != dict(key):

@@ -156,7 +156,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:
-    """Returns the ends of a slider, near the value if a declared limit is missing or far, and the limits of its text field."""
+    """Returns the limits of a text field and the ends of its slider, near the value if the limit is missing or a far maximum."""
     reach = max(4.0 * abs(value), 10.0 if value == 0 or abs(value) >= 2 else 1.0)
     return {
         "low": minimum if minimum is not None else min(0.0, value - reach),

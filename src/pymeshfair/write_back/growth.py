@@ -3,7 +3,7 @@
 Subdivision makes vertices and faces, and merging coincident vertices connects faces to any vertices. So one face, the seed, is
 cut out and subdivided until it has enough faces; these are cut apart. Each vertex moves to (i, 0, 0), where i is the index of
 the vertex that it becomes, and coincident vertices are merged into the first of them. Surplus vertices move to vertex 0, where
-their faces vanish. The mesh keeps its id, the order of its elements and all its attributes.
+their faces vanish. The mesh keeps its id, the order of its elements and all attributes that `grow` does not name.
 """
 
 from typing import Any
@@ -88,7 +88,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
-    # No edge has length 0 now, so edges inside polygons add to the total length. A list of polygons would take far more memory.
+    # No edge has length 0 now: the two lengths are equal only without polygons. A list of polygons would take far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False

@@ -1,4 +1,4 @@
-"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly, and changes nothing else.
+"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly.
 
 If adding elements to a layer fails or is interrupted, the layer is restored.
 """
