@@ -141,7 +141,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
     the median of s in two rings, and above three times the standard deviation median(s) / 0.6745 of the mesh. A candidate is an
     outlier if the sum of s^2 over its neighbours falls when they are predicted without it. So the tip of a spike is an outlier,
-    the tip of a cone is not. The search repeats without the outliers found. In Gaussian noise it finds one vertex in a thousand.
+    the tip of a cone is not. The search repeats without the outliers found. In Gaussian noise it finds 0.2 to 0.3 % of vertices.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
