@@ -155,7 +155,7 @@ class BatchRun:
         Raises:
             ClusterError: the scheduler stopped.
             BatchError: the journal cannot be written.
-            KeyboardInterrupt: Ctrl-C was pressed, at most one second ago; another Ctrl-C ends the process at once.
+            Interrupted: a signal asked for the end of the batch, as by Ctrl-C; from then on Ctrl-C ends the process at once.
         """
         try:
             for scan in scans:

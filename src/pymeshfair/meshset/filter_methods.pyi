@@ -3639,9 +3639,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
-        The spacing is the median, over all points, of the mean distance to the six nearest neighbours. In sparse parts it is
-        larger: two thirds of the median over the points nearby. The selection of vertices is replaced. Notes report the share
-        of the area that is selected, the share that is not selected but farther from the points than half the given number of
+        The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the
+        median over the points nearby, whichever is larger. The selection of vertices is replaced. Notes report the share of the
+        area that is selected, the share that is not selected but farther from the points than half the given number of
         spacings, and the share of the points farther than the full number from the surface that stays. Returns the number of
         selected vertices.
 

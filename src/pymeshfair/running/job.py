@@ -30,8 +30,8 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even the input. Otherwise an existing file is replaced only if the same run wrote it (same
-    #: input, recipe and settings), and no byte of it has changed since.
+    #: replace any existing `output`, even the input. Otherwise an existing file is replaced only if a run with the same
+    #: sources wrote it, see `made_from`, and no byte of it has changed since.
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: a share of the memory
@@ -47,7 +47,7 @@ class Job:
     map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # about the recipe; the result and the record list them before the warnings of the run
+    warnings: tuple[str, ...] = ()  # known before the work, as about the recipe; the result and the record list them first
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
