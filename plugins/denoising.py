@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass, fields
+from itertools import compress
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
-from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
+from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adjacency, faces_across, referenced_vertices
 
 from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
@@ -255,12 +256,17 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
-    """A note if faces are still folded over because of slivers."""
-    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER)) if after else 0.0
-    if slivers <= MANY_SLIVERS:
+    """Notes on the causes if faces are still folded over: slivers, and neighbouring faces that are oriented differently."""
+    if after == 0:
         return ()
-    why = f"{slivers:.0%} of the triangles are slivers, which noise folds over"
-    return (f"{after} faces are folded over, {before} were before; {why}: remesh first, or use Taubin Fairing",)
+    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER))
+    turned = len(face_adjacency(layer.faces)[0]) - np.count_nonzero(faces_across(layer.faces) >= 0) // 2
+    why = (
+        f"{slivers:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",
+        f"{turned:,} edges join faces that are oriented differently: run Re-Orient all faces coherently first",
+    )
+    causes = compress(why, (slivers > MANY_SLIVERS, turned > 0))
+    return tuple(f"{after} faces are folded over, {before} were before; {cause}" for cause in causes)
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

@@ -161,11 +161,11 @@ def rounds(
             along_normal=adjacency.on_border if border == "along" else None,
             overwrite=table,
         )
-        for _ in range(1 + _FOLD_TESTS):
+        for tests_left in reversed(range(2 + _FOLD_TESTS)):
             measure_faces(after, adjacency.faces, table)
             still_folded = _folded(adjacency, table)
             corners = adjacency.faces[still_folded & ~folded]
-            if len(corners) == 0:
+            if tests_left == 0 or len(corners) == 0:
                 break
             after[corners] = now[corners]
         now, folded = after, still_folded

@@ -139,6 +139,17 @@ def test_faces_that_cut_others_are_counted(tmp_path: Path) -> None:
         assert f"Faces that cut others: {expected or number}." in invoke("info", tmp_path / name).stdout
 
 
+def test_faces_that_are_turned_against_their_neighbours_are_said(tmp_path: Path) -> None:
+    """A tetrahedron with one face turned over gets a line, one without none."""
+    vertices, faces = tetrahedron()
+    for turned in (False, True):
+        faces[0] = faces[0, ::-1] if turned else faces[0]
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+        meshes.save_current_mesh(str(tmp_path / "mesh.ply"))
+        assert ("Neighbouring faces are oriented differently" in invoke("info", tmp_path / "mesh.ply").stdout) == turned
+
+
 def test_what_is_doubtful_of_a_mesh_is_a_warning(tmp_path: Path) -> None:
     """What a run would warn of when it reads the file is told on stderr; of a file that is read whole nothing is."""
     path = tmp_path / "cut.xyz"

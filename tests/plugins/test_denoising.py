@@ -27,7 +27,7 @@ from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_nor
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
-from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
+from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, noisy, subdivided
 
 
 @dataclass
@@ -143,6 +143,15 @@ def test_faces_that_stay_folded_are_said_and_slivers_named() -> None:
     (note,) = edit.notes
     assert f"{after} faces are folded over, {before} were before" in note
     assert "slivers" in note
+
+
+def test_faces_that_are_turned_against_their_neighbours_are_said() -> None:
+    """A face turned over in a noisy sheet looks away from those around it, and its three edges are counted in a note."""
+    vertices, faces = noisy(irregular_grid(12, 12), 0.1)
+    within = int(np.argmin(np.linalg.norm(vertices[faces].mean(axis=1) - vertices.mean(axis=0), axis=1)))
+    faces[within] = faces[within, ::-1]
+    (note,) = apply(apply_coord_normal_filtering, Surface(vertices, faces), choice="fixed").notes
+    assert note.endswith("; 3 edges join faces that are oriented differently: run Re-Orient all faces coherently first")
 
 
 def test_where_neighbours_share_the_noise_the_border_is_named(rough: Mesh) -> None:

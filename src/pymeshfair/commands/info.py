@@ -264,6 +264,8 @@ def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
         counts = {None: "not counted, see `pymeshfair compare --self-intersections`", 0: "none"}
         count = measures["self_intersecting_faces"]
         yield f"Faces that cut others: {counts.get(count, f'{count}')}."
+        if measures["oriented"] is False:
+            yield "Neighbouring faces are oriented differently: `meshing_re_orient_faces_coherently` mends this."
     if "noise" in measures["traits"]:
         yield f"Its noise is about {measures['traits']['noise']:.2g} mean edges."
     rims = measures["rims"]
