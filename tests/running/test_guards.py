@@ -104,6 +104,21 @@ def test_each_guard(tmp_path: Path, guards: dict[str, str], words: str | None) -
         run_job(job(tmp_path, strong, guards=guards))
 
 
+def test_an_edge_of_more_than_two_faces_is_not_watertight(tmp_path: Path) -> None:
+    """Two tetrahedra with an edge in common have no border; the edge with its four faces is why, and is counted."""
+    points = [[0.0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
+    faces = [
+        [*np.take(corners, side)]
+        for corners in ([0, 1, 2, 3], [0, 1, 4, 5])
+        for side in ([0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2])
+    ]
+    source = tmp_path / "joined.ply"
+    source.write_bytes(ply_bytes(xyz(np.array(points)), faces))
+    with pytest.raises(GuardBroken, match="border edges 0, edges of more than two faces 1") as caught:
+        run_job(job(tmp_path, source=source, guards={"require": "watertight"}))
+    assert caught.value.breaches[0]["amount"] == 1
+
+
 def test_open_meshes_have_no_volume_to_guard(tmp_path: Path) -> None:
     """A guard that cannot be judged is broken, and says why."""
     vertices, faces = icosphere(2)

@@ -89,8 +89,9 @@ def _volume(before: float | None, after: float | None, limit: float) -> Iterator
 def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> Iterator[Breach]:
     """The breach of one requirement; `print_faults` checks "printable" on the written file."""
     if word == "watertight" and not measures.closed:
-        count = measures.border_edges
-        yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
+        border, shared = measures.border_edges, measures.non_manifold_edges
+        text = f"the result is not watertight: border edges {border:,}, edges of more than two faces {shared:,}"
+        yield Breach("require", text, amount=border + shared, allowed=0)
     elif word == "oriented" and not measures.oriented:
         yield Breach("require", "the result is not oriented: neighbouring faces are oriented differently")
     elif word == "manifold":
