@@ -169,7 +169,7 @@ class SpdSolver:
     def _solve_three(
         self, b: Floats, x: Floats | None, tolerance: float, reference: float | None, progress: Progress
     ) -> Solution:
-        if self._factors is not None or (self._solved and self._many):
+        if self._factors is not None or (self._solved and self._many and self._system.smoothness >= _SINGULAR):
             return self.by_factors(b, progress)
         earlier_steps = 0
         # If the error is an eigenvector of the smallest eigenvalue, its energy norm is the residual's norm over sqrt(eigenvalue).

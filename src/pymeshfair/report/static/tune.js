@@ -39,14 +39,14 @@ function field(step, number, parameter) {
     text = () => input.value;
     row.append(label, input);
   } else if (parameter.kind === "text") {
-    input = element("input", { type: "text", id, value: parameter.value, placeholder: "found by the filter", autocomplete: "off" });
+    input = element("input", { type: "text", id, value: parameter.value, placeholder: parameter.value === "" ? "found by the filter" : "as in the recipe", autocomplete: "off" });
     text = () => input.value;
     row.append(label, input);
   } else {
     const length = parameter.kind === "length", whole = parameter.kind === "whole";
     const step_ = whole ? 1 : (parameter.high - parameter.low) / 200;
     const slider = element("input", { type: "range", min: String(parameter.low), max: String(parameter.high), step: String(step_), id: `${id}-slider`, "aria-label": `${parameter.label}, slider` });
-    input = element("input", { type: "number", id, step: whole ? "1" : "any", placeholder: "found" });
+    input = element("input", { type: "number", id, step: whole ? "1" : "any", placeholder: parameter.value === "" ? "found" : "as in the recipe" });
     if (parameter.least !== null) input.min = String(parameter.least);
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
