@@ -47,6 +47,17 @@ def test_a_stretched_sphere() -> None:
     assert f"vertex {found.moved.vertex} at " in moved
 
 
+def test_moves_of_a_cloud_are_in_mean_spacings() -> None:
+    """A point of a square lattice that rises by 40 times the spacing is named so in the warning and in both lines."""
+    vertices, none = grid(9, 9, spacing=0.5)[0], np.empty((0, 3), dtype=np.int32)
+    found = change_of((vertices, none), (vertices + 20.0 * (np.arange(len(vertices)) == 40)[:, None] * [0.0, 0.0, 1.0], none))
+    (text,) = warnings_of(found, (), str)
+    assert "moved by 20, 40.0 mean spacings: look at the place" in text
+    first, *_, last = change_lines(plain(asdict(found)))
+    assert first.endswith("mean spacings on average, 40 at most")
+    assert "at most 20 (40 mean spacings), vertex 40" in last
+
+
 @pytest.mark.parametrize("head", shipped_heads(), ids=lambda head: head.name)
 def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
     """What a warning advises is a setting of the recipe or a parameter of its steps; the region of fair_selection has none."""

@@ -271,7 +271,7 @@ def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
     rims = measures["rims"]
     if rims:
         holes = sum(not rim["outer"] for rim in rims)
-        yield f"It has {counted(holes, 'hole')} and {len(rims) - holes:,} outer borders:"
+        yield f"It has {counted(holes, 'hole')} and {counted(len(rims) - holes, 'outer border')}:"
     for rim in rims[:_MOST_RIMS]:
         kind = "outer border" if rim["outer"] else "hole"
         x, y, z = rim["middle"]

@@ -70,7 +70,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     elif moved:
         length = f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)}"
         if moved["edges"] is not None:
-            length = f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g}"
+            length = f"{moved['mean_edges']:.2g} {_relative_unit(change)} on average, {moved['edges']:.2g}"
         parts.append(f"{'moved' if moved['same'] else 'lies away from the input by'} {length} at most")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}"
@@ -92,7 +92,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         lines.append(f"sides without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
-        edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
+        edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
@@ -110,6 +110,10 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         verdict = "a fault: more" if change["folded"] else "no fault: no more"
         lines.append(f"turned over: {counted(change['turned'], 'face')}, {verdict} faces are folded over than before")
     return lines
+
+
+def _relative_unit(change: Mapping[str, Any]) -> str:
+    return "mean spacings" if change["area"] is None else "mean edges"  # clouds have no area
 
 
 def _parts(change: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:

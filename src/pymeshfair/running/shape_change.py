@@ -245,10 +245,10 @@ def warnings_of(
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield f"the shape's dimensions changed, even without noise at their ends: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
-        where = ", ".join(f"{c:.6g}" for c in moved.place)
+        where, unit = ", ".join(f"{c:.6g}" for c in moved.place), "spacings" if change.area is None else "edges"
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean edges: "
+            f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean {unit}: "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes such a move an error"
         )
