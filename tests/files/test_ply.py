@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pymeshfair.declaration import Edit
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import read_file
+from pymeshfair.files.ply_tables import header_bytes, parse_header
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.polygons import triangulated
 from pymeshfair.mesh_data import MeshData, apply_edit, moved
@@ -113,6 +114,15 @@ def test_real_files_keep_every_byte_but_their_places(path: Path) -> None:
     assert row.min() >= 100
     assert row.max() < 200
     assert place.max() < 3 * table.columns["x"].itemsize
+
+
+def test_comments_outlive_the_element_before_them() -> None:
+    """Of a header whose faces go, the lines of these go; a comment and the information after them stay."""
+    elements = [Element("vertex", PLACE, [[0.0, 0.0, 0.0]]), Element("face", [("list uchar int", "vertex_indices")], [])]
+    text = ply_file(elements, "ascii").replace(b"end_header", b"comment of the scanner\nobj_info station 7\nend_header")
+    header = parse_header(text)
+    kept = header_bytes(header, [e for e in header.elements if e.name == "vertex"])
+    assert kept == text[: text.index(b"element face")] + b"comment of the scanner\nobj_info station 7\nend_header\n"
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -62,6 +63,12 @@ def test_tokens_are_those_of_the_grammar(text: str) -> None:
         for a, b in zip(tokens.first[:-1], tokens.first[1:], strict=True)
     ]
     assert found == expected(text)
+
+
+@pytest.mark.parametrize("word", ["infinity", "-Infinity", "infirmly", "infinitx", "in", "nan", "nap", "-inf"])
+def test_words_like_infinity_are_words(word: str) -> None:
+    """Only nan, inf and infinity are values that are not finite; words that begin or end like them are words."""
+    assert int(tokenise(word.encode()).kinds[0]) == kind_of(word)
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)

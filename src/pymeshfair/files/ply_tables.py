@@ -173,7 +173,7 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
             case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
                 name = str(new).split(maxsplit=2)[2].strip()
                 new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
-        if is_kept and new is not None:
+        if new is not None and (is_kept or words[:1] not in (["element"], ["property"])):
             lines.append(new + end)
     for element in missing.values():
         lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]

@@ -19,6 +19,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 
 #: all integers up to this one are exact in double precision
 _EXACT = 1 << 53
+_INFINITY = np.frombuffer(b"infinity", np.uint8)
 
 
 @compiled
@@ -32,12 +33,14 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
     negative = text[i] == 45
     if text[i] == 45 or text[i] == 43:
         i += 1
-    if end - i == 3 or end - i == 8:
-        a, b, c = text[i] | 32, text[i + 1] | 32, text[i + 2] | 32
-        if end - i == 3 and a == 110 and b == 97 and c == 110:
-            return 3, np.nan
-        if a == 105 and b == 110 and c == 102 and (end - i == 3 or (text[i + 3] | 32 == 105 and text[i + 7] | 32 == 121)):
-            return 3, -np.inf if negative else np.inf
+    length = end - i
+    if length == 3 and text[i] | 32 == 110 and text[i + 1] | 32 == 97 and text[i + 2] | 32 == 110:
+        return 3, np.nan
+    if length == 3 or length == 8:
+        for k in range(length):
+            if text[i + k] | 32 != _INFINITY[k]:
+                return 0, 0.0
+        return 3, -np.inf if negative else np.inf
     return 0, 0.0
 
 
