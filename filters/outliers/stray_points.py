@@ -14,7 +14,7 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# The largest thickness of flat places: most places of surfaces with noise of 0.4 spacings, and 3 % of points that fill space.
+# A place of at most this thickness is flat, as are most places on surfaces with noise of 0.4 spacings, and 3 % in filled space.
 _FLAT = 0.06
 # Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Above `_FULL` a part needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3

@@ -37,7 +37,7 @@ class RequestedScan:
 
 
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[RequestedScan]:
-    """Returns the scans that arguments name, in their order, without repetition; columns of tables may be named as `settings`.
+    """Returns the scans that arguments name, in their order, without repetition; a table may have the `settings` as columns.
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
     .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument in each line; or a table

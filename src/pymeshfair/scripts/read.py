@@ -259,7 +259,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step of an element, or None if no step can be made, and the problems; `complain` returns a `Problem` about it."""
+    """The step of an element, or None if no step can be made, and its problems; `complain` makes a `Problem` from a message."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
