@@ -240,7 +240,7 @@ class NormalisedMesh:
     def restored(self, points: Floats) -> Floats:
         """Returns (n, 3) the vertices, each moved like its point; the (k, 3) `points` are the new places of the points.
 
-        Coordinates that do not move keep every bit. The others are rounded once, which is the only loss far from the origin.
+        Coordinates that do not move keep every bit. Coordinates that move are rounded only once, even far from the origin.
 
         Raises:
             FilterInputError: a point has moved by more than `FURTHEST` diagonals, or is not finite.
@@ -318,7 +318,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 def _restore(
     vertices: Floats, middle: Floats, scale: float, order: Ints, after: Floats, result: Floats, furthest: Longs, squares: Floats
 ) -> None:
-    """Writes the vertices; of each block also the point moved furthest (or first not finite) and its squared displacement."""
+    """Writes the vertices, and for each block the point that moved furthest (or the first NaN) and its squared displacement."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -415,8 +415,8 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
-    A sweep over a surface in this order alternates between a few rows of points, and reads each row from its start to its end. A
-    breadth-first order would be faster by a quarter, but takes longer to find: the search visits vertices far apart in memory.
+    A sweep over a surface in this order alternates between a few rows of points, and reads each row from its start to its end. In
+    a breadth-first order sweeps would be a quarter faster, but the search for it takes longer: it jumps about in memory.
 
     The points are of ordinary size, and there is at least one triangle.
     """

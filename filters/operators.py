@@ -58,11 +58,11 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: An edge shorter than this share of the mean edge gets the weight of an edge of that length: weights stay finite. 32-bit
-#: coordinates do not resolve shorter edges.
+#: For the weights every edge is at least this share of the mean edge long, so that weights stay finite. 32-bit coordinates do not
+#: resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: A triangle whose doubled area is below this share of its summed squared edges gets that area in the cotangents, which keeps
-#: them below 1e10. A triangle of three coincident vertices contributes nothing.
+#: For the cotangents the doubled area of a triangle is at least this share of its summed squared edges, so that cotangents stay
+#: below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
 # At a vertex, up to this number of ends of edges are compared pair by pair, which takes quadratic time; more ends are sorted.
@@ -102,7 +102,7 @@ class Laplacian:
     def spectral_bound(self) -> float:
         """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii.
 
-        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of the eigenvalue.
+        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of that eigenvalue.
         """
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
@@ -173,7 +173,7 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
     """L p_i = sum_j w_ij (p_j - p_i) / sum_j w_ij with w_ij = 1 / |p_j - p_i|; mass sum_j w_ij [desbrun1999].
 
     The inner vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1
-    is stable. Edges shorter than 1e-6 of the mean edge get the weight of that length.
+    is stable. Edges shorter than 1e-6 of the mean edge count as that long.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     stiffness = assemble_stiffness(rings, 1.0 / floored_lengths(vertices, rings))
@@ -193,7 +193,7 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
 
     In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline L is the second derivative by arc length. Its unit is one
     over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable, and
-    somewhat longer ones often are. Edges shorter than 1e-6 of the mean edge get that length.
+    somewhat longer steps often are. Edges shorter than 1e-6 of the mean edge count as that long.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
@@ -215,9 +215,9 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     """The normalised operator: L p_i = sum_j w_ij (p_j - p_i) / sum_j |w_ij| with w the weights of `cotangent_stiffness`.
 
     If no weight is negative, L p_i is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative. The
-    sum of the w_ij then stays positive but may be small: dividing by it would amplify some modes at any step. Divided by the sum
+    sum of the w_ij then stays positive but may be so small that L, divided by it, would allow only tiny steps. Divided by the sum
     of |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a closed surface.
-    The interior vertices of a flat mesh still stay.
+    The interior vertices of a flat mesh stay.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sizes = abs(stiffness)
@@ -343,8 +343,8 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    On a thin cap the cross products at the three corners differ by rounding errors, which are large compared with its height.
-    The stiffness is semidefinite only if all three cotangents are computed with the same area.
+    Computed at different corners, the area of a thin triangle would differ by rounding errors as large as the area itself. The
+    stiffness is semidefinite only if all three cotangents are computed with the same area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)
@@ -438,9 +438,9 @@ def _build_named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName)
 def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> Laplacian:
     """Builds the Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
-    "cotangent" is linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust" is the same on the
-    intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto" takes "robust" if an edge has more than two
-    faces or a triangle has nearly no area, else "cotangent".
+    "cotangent" is `laplace_beltrami`: linear finite elements with mixed Voronoi areas as lumped mass. "robust" is linear finite
+    elements on the intrinsic Delaunay triangulation of the tufted cover [sharp2020], with barycentric areas. "auto" takes
+    "robust" if an edge has more than two faces or a triangle is nearly degenerate (`_SLIVER`), else "cotangent".
 
     Raises:
         FilterInputError: an unknown operator.
@@ -531,7 +531,7 @@ def _centred_and_scaled(points: Floats) -> tuple[Floats, float]:
 
 
 def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
-    """Transfers the library's operator from k points to n vertices; `spread`, (k, n), has each vertex's share of a point."""
+    """Transfers an operator of `robust_laplacian` from k points to n vertices; (k, n) `spread`: a vertex's share of its point."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
     if not np.isfinite(stiffness.data).all():

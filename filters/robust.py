@@ -120,8 +120,8 @@ def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> F
     return result
 
 
-# Loops over this function must be vectorised. With a constant `code` only one kernel is left; it computes both sides of a
-# condition and selects one. A division by 0 gives infinity without an error, and `max`, which tests for NaN, is avoided.
+# Loops over this function must be vectorised. So loops pass a constant `code`, which leaves one branch; a division by 0 gives
+# infinity without an error; and `max`, which tests for NaN, is avoided.
 @compiled(error_model="numpy")
 def kernel_weight(code: int, x: float, sigma: float) -> float:
     """Returns the weight of one deviation, for compiled functions; `code` is from `KERNEL_CODES`, sigma is above 0."""
@@ -256,7 +256,7 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """Returns the m that minimises sum rho(x_i - m) [huber1964], by m <- sum g_i x_i / sum g_i from the median; g_i are weights.
+    """Returns a local minimum m of sum rho(x_i - m) [huber1964]: m <- sum g_i x_i / sum g_i from the median, with weights g_i.
 
     Args:
         x: (n,) at least one sample.

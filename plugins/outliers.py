@@ -47,9 +47,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected vertices, the largest and the mean probability.
 
     Args:
-        neighbors: The number of neighbours to compare with, above the size of stray clumps. More points give steadier
+        neighbors: The number of neighbours to compare with: more than a stray clump has points. More give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
-        extent: At how many standard deviations beyond the usual distance the probability is 0.68. Larger gives lower
+        extent: The probability is 0.68 at this many standard deviations beyond the usual distance. Larger gives lower
             probabilities, so fewer points are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
@@ -117,9 +117,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
     The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the median
-    over the points nearby, whichever is larger. The selection of vertices is replaced. Notes report the share of the area
-    that is selected, the share that is not selected but farther from the points than half the given number of spacings, and the
-    share of the points farther than the full number from the surface that stays. Returns the number of selected vertices.
+    over the points nearby, whichever is larger. The selection of vertices is replaced. Let d be the given number of
+    spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2 from
+    the points, and the share of the points farther than d from the surface that stays. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

@@ -28,7 +28,7 @@ from ..robust import KernelName
 from ..topology import OneRings, one_rings
 
 # Settings tried for each degree: numbers of neighbours, multiples of the estimated range sigma, the most iterations.
-# Degree 1 with 40 neighbours serves clouds whose neighbourhoods of 90 points are flat.
+# Degree 1 with 40 neighbours smooths more than degree 2 with 90: it serves flat clouds.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
 # are held out: the patch contains nearly all of their 40 nearest neighbours, and most of their 90 nearest.
@@ -69,8 +69,8 @@ def chosen_projection(
 
     A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
     and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
-    wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are nearer to the true
-    surface than the points of the cloud are. This comparison estimates the noise of the cloud from that of its calmest part.
+    wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are probably nearer to the
+    true surface than the given points are. The noise of the given points is estimated from that of the calmest part.
 
     The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
@@ -212,9 +212,9 @@ class CloudSample:
         """Returns (k, 3) the points, with predictions at the h held-out points, and (h,) the deviations of doing nothing.
 
         Each held-out point moves along its normal to a quadric fitted to points that are not held out. Noise is added until the
-        point is as noisy as the cloud, since filters run on noisy points. Deviations are measured from its old place, which has
+        point is as noisy as the cloud, since filters run on noisy points. Deviations are measured from the given point, which has
         the noise s. A result at distance d from the truth deviates by s^2 + d^2 (mean square), a prediction with noise g s by
-        (1 + g^2) s^2. Doing nothing is scored as a second point with noise s, which deviates by 2 s^2.
+        (1 + g^2) s^2. Doing nothing is scored like a second measurement with noise s, which deviates by 2 s^2.
         """
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)

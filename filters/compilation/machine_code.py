@@ -1,9 +1,9 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-Installed code lies beside this module, other code in the user's cache folder. `platform_name` names the folder; the file name has
-a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This module loads the
-extension modules by their paths, and llvmlite links the code with their functions. A test compares this way of loading with
-numba's. Parallel kernels use OpenMP threads through an extension module of numba; without OpenMP they use numba's own threads.
+Installed code lies beside this module, other code in the user's cache folder, both in a subfolder `platform_name`. The file name
+has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This module loads
+the extension modules by their paths, and llvmlite links the code with their functions. Parallel kernels use OpenMP threads
+through an extension module of numba; without OpenMP they use numba's own threads.
 """
 
 import builtins
@@ -217,7 +217,7 @@ def most_threads() -> int:
 
 @cache
 def start_threads() -> tuple[Any, Any]:
-    """Starts the threads; returns a function that sets how many the calling thread uses, and a lock that OpenMP does not need."""
+    """Returns a function that sets how many threads the calling thread uses, and a lock for parallel calls (none with OpenMP)."""
     import llvmlite.binding as llvm
 
     lock: Any = nullcontext()

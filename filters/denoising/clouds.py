@@ -61,9 +61,9 @@ def bilateral_projection(
         range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: computed from the median
             absolute height of the neighbours in the input.
         space_sigma: scale of f in the unit of the points. Larger makes the weights of near and distant neighbours more equal.
-            None: the kernel's radius, sqrt(2) sigma, is the mean distance of the farthest neighbour.
+            None: the kernel's radius, sqrt(2) sigma, is the mean distance from a point to its farthest neighbour.
         iterations: number of iterations. More iterations smooth more; the time is proportional to their number.
-        degree: 1 or 2. Quadrics follow curvature, but need four times as many neighbours to reduce noise as much.
+        degree: 1 or 2. Degree 2 follows curvature, but needs four times as many neighbours as degree 1 to reduce noise as much.
         movable: (n,) bool, which points may move, None for all. Fixed points still count as neighbours.
         progress: called after every iteration.
 
@@ -100,7 +100,7 @@ def projections(
 ) -> Iterator[Floats]:
     """Yields the points after each iteration of `bilateral_projection`, without end; nothing if a kernel's sigma is 0.
 
-    The arguments are those of `bilateral_projection`, but the points are already multiplied by `scale`, the sigmas are not.
+    Arguments: see `bilateral_projection`. `points` are already multiplied by `scale`, sigmas are not; `normals` have length 1.
     """
     moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
     now, space, height = points, None, None
@@ -148,7 +148,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit means of each normal and its neighbours' normals, which are flipped to its side, as in MeshLab.
+    """Returns (m, 3) unit means of each normal and its neighbours' normals, flipped to agree with that normal, as in MeshLab.
 
     `normals` are (n, 3) unit normals of any sign; `indices` has the (m, k) neighbours of the first m points.
     """
@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # Limit 1: a polynomial extrapolates if it passes on more noise than the point has. A simpler one then replaces it.
+            # Limit 1: a quadric that passes on more noise than the point has extrapolates, and a plane or the mean replaces it.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

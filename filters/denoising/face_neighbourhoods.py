@@ -15,8 +15,8 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces with centres within a distance, if a path of steps over shared
-#: vertices leads there and stays within the distance. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: steps between faces that share a vertex. "radius": faces with centres in a ball around the face's centre, if steps over shared
+#: vertices between faces in the ball lead there. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`, in units of 3 numbers: for each vertex a pass reads two rows (16 numbers) of `measure_faces`.
+# The `size` for `worth_reordering`: for each vertex a pass reads about two faces, that is 16 numbers or 6 triples.
 _SIZE = 6
 
 
@@ -38,7 +38,7 @@ class FaceNeighbourhoods(NamedTuple):
 def face_neighbourhoods(
     faces: Ints, at_vertices: VertexFaces, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
 ) -> FaceNeighbourhoods:
-    """Returns the neighbourhood of each face in time linear in the number of neighbours; `at_vertices` is from `vertex_faces`.
+    """Returns the neighbourhood of each face; `at_vertices` is from `vertex_faces`.
 
     "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
 
@@ -140,7 +140,7 @@ class Adjacency:
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
-        """Returns the faces, ascending, whose neighbourhoods a border cuts off; `radius` is as in `within`."""
+        """Returns the faces, ascending, whose neighbourhoods reach a border where the surface ends; `radius`: see `within`."""
         near = self.on_border & self.ends
         cut = near[self.faces].any(axis=1)
         for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if cut.any() else 0):

@@ -1,4 +1,4 @@
-"""Removes impulse noise, which edge-preserving filters keep: a few vertices far off the surface, as from stray measurements.
+"""Removes impulse noise, a few vertices far off the surface, as from stray measurements; edge-preserving filters keep them.
 
 `points` are in mean edges (in `flattening` any unit), `normals` the vertex normals of a smoothed copy; vertex masks are (n,).
 """
@@ -19,7 +19,7 @@ from ..topology import VertexFaces, edges, faces_across, one_rings, referenced_v
 from .noise_level import smooth_normals
 
 #: "keep" filters outliers like other vertices. "replace" first moves outliers to their predicted positions, then filters all
-#: vertices. "only" does the same, but moves nothing besides outliers.
+#: vertices. "only" replaces and then filters the outliers; all other vertices stay.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 
 # The search for outliers repeats until at most `_STEADY_SHARE` of them change between searches, at most `_SEARCHES` times.
@@ -42,9 +42,9 @@ def without_outliers(
 
     1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
     errs, an edge-preserving filter does not. 2. So the vertices `far_from` z become candidates. Earlier outliers stay candidates,
-    as details that the filter removes may hide them. 3. `put_back_along` corrects z at the far vertices. Candidates whose
-    move to z is `flattening` are outliers and move there. 4. All other vertices return to the input, and the filter runs again.
-    Missed outliers mislead it, so steps 2 to 4 repeat, except in cross-validation: held-out vertices are `certain` outliers.
+    as details that the filter removes may hide them. 3. `put_back_along` corrects z at the far vertices. Candidates that
+    `flattening` accepts are outliers and move to z. 4. All other vertices return to the input, and the filter runs again.
+    Missed outliers mislead the filter, so steps 2 to 4 repeat; in cross-validation, with `certain` outliers, they run once.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":
@@ -69,7 +69,7 @@ def without_outliers(
 
 
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
-    """Returns (n,) which vertices are much farther from the (n, 3) smoothed ones, along the normals, than their surroundings.
+    """Returns (n,) which vertices are much farther from the (n, 3) `smoothed` vertices, along the normals, than vertices nearby.
 
     h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
     deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
@@ -94,7 +94,7 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, o
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
     """Returns (n, 3) the vertices with outliers moved to their predicted positions, and (n,) which are outliers.
 
-    Outliers are `outlying_vertices` whose move is `flattening`. The prediction is the quadric through the surrounding vertices.
+    Outliers are the `outlying_vertices` that `flattening` accepts. The prediction is a quadric fitted to the vertices around.
     Other vertices keep every bit.
     """
     edge = mean_edge_length(vertices, faces)
@@ -140,7 +140,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
     the median of s in two rings, and above three times the standard deviation median(s) / 0.6745 of the mesh. A candidate is an
-    outlier if the sum of s^2 over its neighbours falls when they are predicted without it. So the tip of a spike is an outlier,
+    outlier if the sum of s^2 over its neighbours falls when predictions ignore candidates. So the tip of a spike is an outlier,
     the tip of a cone is not. The search repeats without the outliers found. In Gaussian noise it finds 0.2 to 0.3 % of vertices.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
@@ -165,7 +165,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """Returns the median absolute `height_residuals` beside outliers and elsewhere: nearly equal unless the noise is uneven."""
+    """Returns the median absolute `height_residuals` of `scored` vertices beside outliers, and that of the others; 0 for none."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))

@@ -38,8 +38,8 @@ class FairedRegion:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
-        last_correction: the largest displacement of a vertex in the last correction of the solution, as a share of the region's
-            diagonal: an upper bound of the error of the solution.
+        last_correction: the largest displacement of a vertex in the last correction of the solution, as a share of the
+            diagonal of the region with its rings: an upper bound of the error of the solution.
         refinements: the number of corrections after the first solution.
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.
@@ -67,8 +67,8 @@ def fair_region(
 ) -> FairedRegion:
     """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with the k rings of fixed vertices around as boundary [botsch2004].
 
-    The symmetric form is (S M^-1)^(k-1) S p = 0 with S = -C, C the cotangent stiffness and M the mixed Voronoi areas of the input
-    surface. Its solution minimises the integral of |grad p|^2, |L p|^2 or |grad L p|^2. The former shape of the region matters
+    The symmetric form is (S M^-1)^(k-1) S p = 0 with S = -C, and C and M from `surface_laplacian` of the input with a lower bound
+    on M. Its solution minimises the integral of |grad p|^2, |L p|^2 or |grad L p|^2. The former shape of the region matters
     only through S and M: the input serves as parametrisation. Fairing once more, with the operator of the faired surface, comes
     closer to the surface of least area or bending.
 
@@ -80,9 +80,9 @@ def fair_region(
             supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures continue too, and the region bulges like its surroundings.
-        dense: whether the region is sampled more densely than its surroundings, like the filling of a hole. A thin plate then
-            limits the mass of a fixed vertex at the rim to the mean mass of its free neighbours. Otherwise a crease along the rim
-            would cost too little, and the filling would meet the rim at an angle. At equal density this hardly matters.
+        dense: whether the region is sampled more densely than its surroundings, like the filling of a hole. For a thin plate the
+            mass of a fixed vertex at the rim is then at most the mean mass of its free neighbours. With a larger mass a crease
+            along the rim would cost too little, and the filling would meet the rim at an angle.
         progress: called from time to time with the share that is done; may raise to stop.
 
     Raises:
@@ -284,7 +284,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
     """Makes the weights and masses of an operator uniform in the connected components of irregular vertices.
 
     If edges and angles differ by orders of magnitude, so do masses and weights. A vertex with almost no mass costs nothing
-    wherever it lies, so an energy makes a spike of it to save a little elsewhere. In its component every edge then gets the
+    wherever it lies, so an energy makes a spike of it to save a little elsewhere. In the component of a spike every edge gets the
     weight cot(60 degrees) and every vertex the same mass, as if all triangles were equilateral.
 
     `irregular` is (n,) which vertices became spikes with this operator. Returns the new operator, and (n,) which vertices lie in

@@ -49,7 +49,7 @@ class KdTree(NamedTuple):
     """The points in the order of the tree. A "position" is a place in this order, an "index" a place in the caller's order."""
 
     size: int  # the number of points n
-    # the power of two that divides the caller's coordinates, so that squared distances neither overflow nor underflow
+    # the caller's coordinates are divided by this power of two, so that squared distances neither overflow nor underflow
     scale: float
     coordinates: Floats  # (leaves, 3, LEAF), NaN after the last point
     indices: Ints  # (leaves * LEAF,) the index of the point at each position
@@ -170,7 +170,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the nearest candidates, k to `most`, to the front. Returns their number, and the new bounds on distance and index."""
+    """Moves the k to `most` nearest candidates to the front; returns their number, and the new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -323,13 +323,13 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Sorts each point's neighbours by distance, then by index; writes them to its row. `start` is the first point's position."""
+    """Writes the neighbours of each point, sorted by distance, then by index. `start` is the position of the first point."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
         # The place of a neighbour is the number of nearer neighbours. Counting is vectorised and, for up to hundreds of
-        # neighbours, faster than sorting; float32 doubles its speed. If rounding makes distances equal, `_exact_places` counts.
+        # neighbours, faster than sorting; float32 doubles its speed. If some of the keys are equal, `_exact_places` counts.
         for i in range(k):
             keys[i] = squared[r, i]
         total = 0
@@ -373,7 +373,7 @@ def search_leaves(tree: KdTree, first: int, last: int, positions: Ints) -> tuple
 def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
     coordinates, boxes, lowest, indices = tree.coordinates, tree.boxes, tree.lowest, tree.indices
     rows, k = positions.shape
-    near = np.empty((LEAF, 2 * k + LEAF))  # distances of the candidates of each point of a leaf; `at` has their positions
+    near = np.empty((LEAF, 2 * k + LEAF))  # squared distances of each point's candidates; `at` has their positions
     at = np.empty((LEAF, 2 * k + LEAF), np.int32)
     counts, ties = np.empty(LEAF, np.int64), np.empty(LEAF, np.int64)
     bounds, gaps, distances = np.empty(LEAF), np.empty(LEAF), np.empty(LEAF)
@@ -394,8 +394,8 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
         while top > 0:
             top -= 1
             node, a, b, gap = stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top]
-            # Descends to the nearest leaf and pushes the farther child of each node. If all points coincide, the left child has
-            # the lower indices.
+            # Descends to the nearest leaf and pushes the farther child of each node. At equal gaps the left child comes first: if
+            # all points coincide, it has the lower indices.
             while b - a > 1 and _within(gap, lowest[node], bound, tie):
                 middle = (a + b) // 2
                 left_gap, right_gap = _gap(box, boxes, 2 * node), _gap(box, boxes, 2 * node + 1)

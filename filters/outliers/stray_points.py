@@ -14,11 +14,11 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# The largest thickness of flat places: surfaces with noise below half a spacing are thinner, as are 3 % of space-filling points.
+# A place of at most this thickness is flat, as are most places on surfaces with noise of 0.4 spacings, and 3 % in filled space.
 _FLAT = 0.06
-# Parts that fill space have a mean thickness of 0.17 to 0.19, surfaces 0.09. Above `_FULL` parts need `_MORE` times the points.
+# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Above `_FULL` a part needs `_MORE` times the points.
 _FULL, _MORE = 0.14, 3
-# For linked points the spacing limit is larger by this factor: foliage has 2.7 median spacings at 25 points per square metre.
+# For linked points the spacing limit is larger by this factor: at 25 points per square metre, foliage has 2.7 times the median.
 _FOLIAGE = 2.0
 #: Number of rounds in which points linked to the surface join it.
 JOINED = 2
@@ -126,9 +126,9 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
 
 
 def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats, lasts: Longs) -> None:
-    """Replaces a neighbour by `NO_LINK` if the point is not among the k nearest of that neighbour; see `thicknesses`.
+    """Replaces each neighbour q of a point p by `NO_LINK` unless p is among the k nearest of q; arrays as in `thicknesses`.
 
-    The (n,) `reaches` are the squared distances of the k-th neighbour of each point, (n,) `lasts` the numbers of that neighbour.
+    (n,) `reaches` are the squared distances of points from their k-th neighbours, (n,) `lasts` the numbers of these neighbours.
     """
     over_range(_cut, len(neighbours), places, numbers, neighbours, reaches, lasts)
 

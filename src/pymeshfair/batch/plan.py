@@ -33,11 +33,11 @@ class RequestedScan:
     #: the folder of the file, relative to the named folder or to the fixed part of the pattern; None for a file named directly
     folder: Path | None = None
     output: str | None = None  # from a table, relative to the folder of the batch; None if no table gives one
-    overrides: tuple[str, ...] = ()  # ``STEP.PARAM=VALUE``, from the columns of a table
+    overrides: tuple[str, ...] = ()  # ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, from the columns of a table
 
 
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[RequestedScan]:
-    """Returns the scans that arguments name, in their order, without repetition.
+    """Returns the scans that arguments name, in their order, without repetition; a table may have the `settings` as columns.
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
     .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument in each line; or a table
@@ -179,7 +179,7 @@ class Scan:
     number: int  # from 1, in the order of the batch
     input: Path
     output: Path  # the file to write
-    overrides: tuple[str, ...]  # ``STEP.PARAM=VALUE`` from the scan's row of a table
+    overrides: tuple[str, ...]  # ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, from the scan's row of a table
     recipe: Recipe  # the recipe of the batch with these overrides
     label: str  # a short name, unique in the batch
 

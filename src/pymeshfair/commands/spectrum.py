@@ -31,7 +31,7 @@ def spectrum(
 ) -> None:
     """Show the spectrum of a shape: the energy at each wavelength, from its largest parts to its noise.
 
-    The energy falls towards short waves and turns flat or rises where noise begins; that wavelength is a good detail size.
+    Towards short waves the energy falls. Where noise begins, it turns flat or rises: the wavelength there is a good detail size.
     """
     from ..errors import require_extra
     from ..files.formats import extension

@@ -204,7 +204,7 @@ class Int(_Bounded):
 
 
 class Float(_Bounded):
-    """A finite number between two bounds; MeshLab shows a slider if there are both."""
+    """A finite number between two bounds; MeshLab shows a slider if both are given."""
 
     kind = "a number"
     python_type = float
@@ -304,7 +304,7 @@ class FileSave(String):
 
 
 class Mesh(Parameter):
-    """Another layer, by its id in the mesh set."""
+    """A layer, by its id in the mesh set."""
 
     kind = "the id of a layer (a whole number)"
     xml_type = "RichMesh"

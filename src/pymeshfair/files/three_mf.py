@@ -98,7 +98,7 @@ class _Model:
                             raise ContentsError(f"it needs the extension {quoted(space, 100)}, which is not known here")
                 case "object":
                     if attributes["id"] in self.objects:
-                        raise ContentsError(f"it has two objects {quoted(attributes['id'], 30)}")
+                        raise ContentsError(f"it has two objects with the id {quoted(attributes['id'], 30)}")
                     self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
                     self.objects[attributes["id"]] = self._object
                     if attributes.get("type", "model") != "model":
@@ -273,7 +273,7 @@ _RELATIONS = (
 
 
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes a mesh as the only object of a 3MF file, with every digit; the unit is the mesh's, or mm if 3MF does not know it."""
+    """Writes a mesh as the only object of a 3MF file, with every digit; the unit is the mesh's if 3MF has that unit, else mm."""
     if not len(mesh.faces):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))

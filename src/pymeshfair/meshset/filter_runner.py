@@ -27,7 +27,7 @@ _LOG = logging.getLogger("pymeshfair")
 class FilterRunner:
     """Finds and applies filters of MeshLab and of plugins.
 
-    Steps number layers as if there were no helper layers, which exist while a result is written (`Workbench.without_helpers`).
+    In steps, layers have the ids that they would have if helper layers had never existed, see `Workbench.without_helpers`.
     Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
     """
 

@@ -30,11 +30,11 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even the input. Otherwise an existing file is replaced only if a run with the same
-    #: sources wrote it, see `made_from`, and no byte of it has changed since.
+    #: replace any existing `output`, even if it is the input. Otherwise an existing output is replaced only if a run with the
+    #: same sources (`made_from`) wrote it, and no byte of it has changed since.
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
-    memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: a share of the memory
+    memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
     allow_outside: bool = False  # let the input name textures, materials and buffers outside its own folder
     unchecked: bool = False  # let MeshLab read formats that pymeshfair cannot check
     keep_all: bool = False  # fail if the output lacks anything of the input or of the result
@@ -47,7 +47,7 @@ class Job:
     map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # known before the work, as about the recipe; the result and the record list them first
+    warnings: tuple[str, ...] = ()  # warnings from before the work, for example about the recipe; listed first
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
@@ -219,7 +219,7 @@ class Report:
     staged: tuple[StagedFile, ...] = ()  # the output and its side files in the staging folder
     before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if the job wants no measures
     after: Mapping[str, Any] | None = None  # the measures of the mesh as written, or None
-    change: Mapping[str, Any] | None = None  # the change of shape between these two, or None
+    change: Mapping[str, Any] | None = None  # the change of shape from `before` to `after`, or None
     traits: Mapping[str, Any] = field(default_factory=dict)  # the traits of the scan that the recipe asked for, see `traits_of`
     warnings: tuple[str, ...] = ()  # for the user
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
@@ -279,7 +279,7 @@ class Report:
         }
 
 
-#: the fields of a `StepReport` that the record of a step has under the same names
+#: the fields of a `StepReport` that the record of a step has unchanged
 _OF_STEP = ("number", "filter", "python_name", "parameters", "values")
 
 

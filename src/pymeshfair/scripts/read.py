@@ -76,7 +76,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file, cut one byte above the largest size of a script."""
+    """The contents of a file; at most `MOST_BYTES` + 1 bytes, by which `parse_script` recognises a file that is too large."""
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):
@@ -259,7 +259,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step of an element, or None if no step can be made, and the problems; `complain` makes a problem of the element."""
+    """The step of an element, or None if no step can be made, and its problems; `complain` makes a `Problem` from a message."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
@@ -322,7 +322,7 @@ def _about_former(former: Former) -> str:
 
 
 def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
-    """Today's form of an old parameter, as the end of a sentence, or ""; and the parameter to write instead, or None."""
+    """What became of an old parameter, as the end of a sentence, or ""; and the parameter to write instead, or None."""
     if name in former.renames:
         return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
     if name in former.turns:

@@ -30,8 +30,8 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     """Removes the transformation matrix of the current layer while the context is open; after an exception, restores the layer.
 
-    Deleted elements are not restored. MeshLab cannot remove new scalars and colours of faces and new texture coordinates of
-    vertices, and cannot turn triangles back into polygons.
+    Deleted elements are not restored. New scalars and colours of faces and new texture coordinates of vertices stay, and polygons
+    that were triangulated stay triangles: MeshLab has no filter that undoes this.
 
     Raises:
         MeshError: the context failed, and a part of the layer could not be restored.
@@ -210,7 +210,7 @@ def _as_data(mesh: Any) -> MeshData:
 
 
 def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) which faces have the texture that meets the most vertices of the added faces, see `texture_donors`."""
+    """Returns (m,) the `texture_donors`; if there are several textures, MeshLab is asked for the texture of each face."""
     if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
         return texture_donors(before, added_faces)
     texture_indices = np.full(len(before.faces), -1, np.int32)
@@ -245,7 +245,7 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 
 
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Sets one texture coordinate for each added face, and restores the coordinates of the face `seed`, see `grow`."""
+    """Sets (a, 2) `uv` at all corners of the added faces, and restores the (m, 3, 2) `wedges` at the face `seed`, see `grow`."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
