@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges; no square overflows or underflows."""
+    """(e,) the lengths of (e, 2) edges; the square of the longest edge does not overflow or underflow."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors; no square overflows or underflows."""
+    """(n,) the lengths of (n, 3) vectors; the square of the longest vector does not overflow or underflow."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -327,7 +327,7 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
 
 
 def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
-    """(m,) which faces look away from the area-weighted mean normal of the faces at their vertices.
+    """(m,) whether a face looks away from the sum of the normals of all faces at its three vertices.
 
     The lengths of the (m, 3) normals are proportional to the areas of the faces; `count` is the number of vertices.
     """

@@ -51,9 +51,9 @@ def perona_malik(
         values: (n,) or (n, k) finite values, one or k per vertex.
         faces: (m, 3) triangles.
         edge_stop: the edge-stopping function g.
-        contrast: c, in the unit of the values: differences above c are edges. Larger blurs more edges. None: 1.4826 times the
-            median |I_p - I_s| over the edges of the mesh, or the mean if the median is 0; times 1.41 for "gaussian", 2.24 for
-            "tukey", 2.80 for "truncated_l2".
+        contrast: c, in the unit of the values: differences above c are edges. Larger blurs more edges. None: m, times 1.41
+            for "gaussian", 2.24 for "tukey", 2.80 for "truncated_l2". Here m is 1.4826 times the median |I_p - I_s| over the
+            edges of the mesh; if the median is 0, m is the mean |I_p - I_s|.
         step: above 0 and at most 1 / d, d the largest number of neighbours of a vertex. Larger is smoother. None: 1 / d.
         iterations: number of steps. More are smoother; the time is proportional.
         movable: (n,) bool, the vertices whose values may change, None for all. Fixed values still flow to their neighbours.

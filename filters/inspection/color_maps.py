@@ -1,7 +1,7 @@
 """Colour maps with even lightness, and the limits of the values that they cover.
 
-Both maps are paths through the perceptual space Oklab [ottosson2020] with piecewise linear lightness, so that equal steps of a
-value look equal, also in grey and to colour-blind people: the diverging map goes from blue to orange, not from red to green.
+The diverging and the sequential map are paths through the perceptual space Oklab [ottosson2020]. Equal steps of a value change
+the lightness nearly equally. Colour-blind people can read the diverging map: it goes from blue to orange, not from red to green.
 """
 
 from collections.abc import Iterable

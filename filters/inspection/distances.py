@@ -17,7 +17,7 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
 #: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The number of samples on a surface; a surface with more faces has more samples, since each face has at least one.
+#: The usual number of samples on a surface; each face has at least one sample, so many faces have more samples.
 SAMPLES = 100_000
 #: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
@@ -327,8 +327,8 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
 
     The first ball touches the place p with normal n; its radius r is the diagonal of the bounding box, its centre c = p - r n.
     While the surface has a place q nearer to c than r, a ball through p and q replaces the ball, r = |p - q|^2 / (2 n . (p - q)).
-    The thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`); so it is right near edges,
-    too. The mesh needs at least one face, and all faces must look outwards. There are about `count` places, at most 2 `count`.
+    The thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`). The mesh needs at least one
+    face, and all faces must look outwards. There are about `count` places; a mesh of many faces has up to 2 `count`.
 
     Raises:
         FilterInputError: not a mesh.

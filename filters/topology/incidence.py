@@ -1,7 +1,7 @@
 """Incidence of vertices, edges and faces of a triangle list, as compressed sparse rows in linear time; edge flips.
 
-A face that names a vertex twice is not proper: it has no edges and references no vertex, so the faces on both sides of a
-collapsed triangle share an edge. A border edge has exactly one face, a non-manifold edge has more than two.
+A proper face has three different vertices. All other faces are ignored: they have no edges and belong to no vertex. A border edge
+has exactly one face, a non-manifold edge has more than two.
 
 Flips update two tables: the vertices of each face, and the faces across its edges; edge k goes from corner k to the next.
 """
@@ -16,7 +16,7 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
-#: "fixed": border vertices stay. "along": only their neighbours along border edges count: they are smoothed as a curve.
+#: "fixed": border vertices stay. "along": border vertices are smoothed as a curve, by their neighbours along border edges alone.
 #: "free": border vertices are treated like all others, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
@@ -75,7 +75,7 @@ def proper_faces(faces: Ints | Longs) -> Bools:
 
 
 def faces_by_edge(faces: Ints, n_vertices: int | None = None) -> tuple[Longs, Longs]:
-    """(n + 1,) offsets, and keys: those of vertex i are j * 2^32 + f for each face f with an edge (i, j), j > i, ascending."""
+    """(n + 1,) offsets, and keys: vertex i has the ascending keys j * 2^32 + f for the edges (i, j), j > i, of each face f."""
     count = int(faces.max(initial=-1)) + 1 if n_vertices is None else n_vertices
     return _listed_by_vertex(faces, count, _count_keys, _fill_keys, np.int64)
 
@@ -226,8 +226,8 @@ def _listed_by_vertex(
 ) -> tuple[Longs, Any]:
     """Returns (n + 1,) int64 offsets, and the entries of all vertices in one array.
 
-    `count` adds the number of entries of vertex i to ``offsets[i + 2]``; their cumulative sums are the starts ``offsets[i + 1]``.
-    `fill` writes each entry at ``offsets[i + 1]`` and increments this offset; in the end those of i start at ``offsets[i]``.
+    `count` adds the number of entries of vertex i to ``offsets[i + 2]``. After a cumulative sum these entries start at
+    ``offsets[i + 1]``. `fill` writes each entry there and increments that offset; then the entries start at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
     # Large arrays are allocated by numpy and not in kernels, because numpy requests huge pages, which are twice as fast.

@@ -128,7 +128,7 @@ def look_at_facts() -> Iterator[Finding]:
     from ..meshlab.facts import differences_from_installed, table_version
 
     installed, expected = importlib.metadata.version("pymeshlab"), table_version()
-    detail, advice = f"MeshLab's filters are as expected, those of pymeshlab {expected}; {installed} is installed", ""
+    detail, advice = f"MeshLab's filters equal those of pymeshlab {expected}; {installed} is installed", ""
     if differences := differences_from_installed():
         detail = f"{len(differences)} of MeshLab's filters differ: {'; '.join(differences[:3])}"
         advice = f"`python -m pip install pymeshlab=={expected}`, or a pymeshfair for the installed {installed}"
@@ -190,6 +190,6 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
         if remove:
             remove_folder(path)
         detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
-        can_resume = "the same command with --resume continues the run; " if path.name.startswith(WORK_PREFIX) else ""
+        can_resume = "the run's command with --resume continues the run; " if path.name.startswith(WORK_PREFIX) else ""
         advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes it"
         yield Finding("left files", True, detail, advice)

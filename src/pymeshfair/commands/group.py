@@ -1,4 +1,4 @@
-"""What all commands share: options, verbosity, exit codes, and one message or JSON document for an error."""
+"""What all commands share: options, verbosity, exit codes, and the message and JSON document of an error."""
 
 from __future__ import annotations
 

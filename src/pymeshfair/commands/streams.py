@@ -55,7 +55,7 @@ class LastingStream(io.TextIOWrapper):
 
 
 def secure_streams() -> None:
-    """Replace both output streams by `LastingStream`; a closed one gets the null device, so that no file takes its descriptor."""
+    """Replace stdout and stderr by `LastingStream`; open the null device on closed descriptors, so that no file takes them."""
     while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # each call takes the lowest free descriptor
         pass
     os.close(number)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: noise below this, in mean edges, comes from meshing: level sets without other noise have up to 0.017. Below it, recipes are
-#: judged as for a scan without noise: by how little they move vertices
+#: a scan without outliers and with less noise than this, in mean edges, counts as clean in trials: meshing gives up to 0.017.
+#: The trials of a clean scan measure how far recipes move its vertices
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6
@@ -54,8 +54,8 @@ def suggest(
     The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
     of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
     filter sees, shows whether there is noise, and which settings remove it best. With -o, the settings with the least error
-    become a recipe: on this scan it has the same result as the recipe denoise; it can be edited, and used for similar scans.
-    Low-pass smoothers are compared in the same way, each with its best amount for the scan.
+    become a recipe. On this scan the new recipe has the same result as the recipe denoise. Low-pass smoothers are compared in
+    the same way, each with its best amount for the scan.
     """
     from ..errors import PymeshfairError
     from ..running.read import read_mesh
@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, corrected by what `FILTER` found: the kind of noise, and its amount (for impulses the traits say almost 0)."""
+    """The traits, with the kind and amount of noise that `FILTER` found: the trait `noise` is almost 0 for impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -134,8 +134,8 @@ def _trials(
     results = trials(mesh.vertices, mesh.faces, scripts, clean=clean, timeout=timeout)
     if not is_correlated:
         return results
-    # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. `FILTER` judges its
-    # settings in another way: recipes with it get the error of its best setting, others at least the unfiltered error.
+    # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. So recipes with
+    # `FILTER` get the error that `FILTER` reports for its best setting, and all other recipes at least the unfiltered error.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
     unfiltered = max(errors[0], traits["noise"])

@@ -210,7 +210,7 @@ class _Reader:
         return _Look() if text is None else _Look(tuple(numbers(text, "a colour of it", 4).tolist()))
 
     def _texture(self, effect: Element, name: str) -> int:
-        """Returns the number of a texture; its name leads to an image directly, or through a sampler and a surface."""
+        """Returns the number of a texture, -1 without an image; `name` leads to the image, or to its sampler and surface."""
         parameters = {p.get("sid", ""): p for p in effect.iter("newparam")}
         for _ in range(3):
             if (parameter := parameters.get(name)) is None:

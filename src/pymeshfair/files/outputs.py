@@ -1,7 +1,7 @@
 """Checks the output files before a run, and writes the resulting mesh to the staging folder.
 
-A repeated run may replace its own files. Textures keep the bytes of the input, go to the folder of the output, and
-replace only files that a run wrote. Warnings name the contents that a format cannot hold.
+Textures keep the bytes of the input and go to the folder of the output. A texture replaces a file only if a former run to this
+output wrote that file, and the file has not changed since.
 """
 
 import os
@@ -64,7 +64,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuses files of an intervention map (it shows a run's changes) that cannot or must not be written; see `check_output`."""
+    """Refuses files of an intervention map (it shows a run's changes) as `check_output` does, and the run's input and output."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or _same_file(path, made_from.input):
@@ -139,7 +139,7 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
     raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
 
 
-#: limits of the rounding of vertices, as shares of the mean edge: the first for a warning, the second for an error
+#: limits of the rounding of vertices, as shares of the mean edge
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 

@@ -1,4 +1,4 @@
-"""Parses PLY headers, and reads the rows of elements as columns; checks every byte."""
+"""Parses PLY headers, and reads the rows of elements as columns."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ KINDS: Mapping[str, str] = {
 _SIZES: Mapping[str, int] = {name: int(kind[1]) for name, kind in KINDS.items()}
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: the largest numbers of bytes, and of elements and properties, in a header, so that a hostile file cannot fill the memory
+#: limits of a header, so that a hostile file cannot fill the memory: its bytes; its elements and properties together
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
 #: bytes that may follow the last row: line ends, and padding by some programs
 _PADDING = b" \t\r\n\0\x1a"
@@ -146,7 +146,7 @@ def _plain(type_: str) -> str:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """Returns the header with these elements, and textures renamed by `textures`; all other lines stay."""
+    """Returns the header with these elements, and textures renamed by `textures`; drops the lines of all other elements."""
     missing = {e.name: e for e in elements}
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     is_kept, end = True, "\n"
@@ -218,7 +218,7 @@ class Table:
     element: PlyElement  # its declaration in the header
     columns: Mapping[str, Column]  # by property
     bytes: tuple[int, int] | None = None  # where the rows begin and end in the file; None for new rows
-    lines: Longs | None = None  # (n,) the line of each row in a text, as `Tokens` counts lines
+    lines: Longs | None = None  # (n,) in a text, the index of each row's line in `Tokens`
     changed: frozenset[str] = frozenset()  # the properties whose numbers differ from those in the file
 
     def numbers(self, name: str) -> Array | None:

@@ -50,7 +50,7 @@ def lex(
 ) -> tuple[int, int]:
     """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
 
-    Decimals, and integers above `_EXACT`, become NaN: `tokenise` reads them from their copies at the same places of `decimals`.
+    The value of a decimal, or of an integer above `_EXACT`, is NaN; `tokenise` reads the number from its copy in `decimals`.
     """
     i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
@@ -155,7 +155,7 @@ class Tokens:
     kinds: NDArray[np.uint8]  # (t,) the kind of each token
     values: Floats  # (t,) the numbers, rounded to the nearest double; 0 for words
     first: Longs  # (l + 1,) the first token of each line; the last entry is t
-    #: (l,) the first word of each line, see `word`; 0 if it begins with a number or a word of over 8 bytes
+    #: (l,) the first token of each line, encoded by `word`; 0 for a number, and for a word of over 8 bytes
     keywords: NDArray[np.uint64]
     starts: Longs  # (l,) where each line begins in the text
     numbers: Longs  # (l,) the number of each line in the file, from 1

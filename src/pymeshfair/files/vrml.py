@@ -307,7 +307,7 @@ def _runs(geometry: _Node, name: str, count: int) -> tuple[Longs, Longs]:
 def _polygon_part(
     geometry: _Node, assembly: Assembly, points: Floats, corners: Longs, lengths: Longs, what: str, chosen: Longs | None = None
 ) -> MeshData:
-    """Makes a part from polygons, or from triangles of strips and fans; `chosen` indexes the triangles' corners in `corners`."""
+    """Makes a mesh of polygons, or of the triangles of strips and fans: `chosen` has their corners as indices into `corners`."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:

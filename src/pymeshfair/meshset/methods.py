@@ -155,7 +155,7 @@ def _about_builtin(declared: Filter) -> str:
 
 
 def _rewrapped(paragraph: str) -> str:
-    """Wraps a paragraph for an indented docstring; keeps a paragraph that was laid out by hand."""
+    """Wraps a paragraph with lines over `_WIDTH`; keeps a paragraph if a line of it does not begin with a letter, as in lists."""
     lines = paragraph.splitlines()
     by_hand = any(not line[:1].isalpha() for line in lines)
     return paragraph if by_hand or max(map(len, lines), default=0) <= _WIDTH else _indented(paragraph, 0)

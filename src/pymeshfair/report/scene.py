@@ -28,7 +28,7 @@ from ..mesh_data import MeshData
 MOST_FACES = 120_000
 #: the largest number of points of a cloud in a browser
 MOST_POINTS = 200_000
-#: a mesh with far more faces than `MOST_FACES` is first thinned on a grid, to at least about this many times `MOST_FACES`
+#: before decimation, a mesh of over 4 `MOST_FACES` faces is thinned on a grid to about this many times `MOST_FACES`
 _THINNED = 2
 
 
@@ -155,8 +155,8 @@ def pack_scene(
     """Pack meshes for one camera; at least one mesh must have a vertex.
 
     `limits` are the ends of the colour bar of each coloring for which a mesh has scalars. If the `tolerance` is not 0, distances
-    within it have one colour. `box` is the centre of the cube for coordinates and half its side; scenes that are shown together
-    share it, and points outside are moved to its sides. By default it is the bounding cube of all meshes.
+    within it have one colour. `box` is the cube of the coordinates: its centre and half its side. Scenes that are shown
+    together share a cube; points outside the cube are moved to its sides. The default is the bounding cube of all meshes.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []

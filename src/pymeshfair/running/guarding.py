@@ -1,6 +1,6 @@
 """Checks a result against the limits of a run; each breach has its place and its amount, if known.
 
-The check for printing reads the written file as a slicer does: it merges equal points and sees only triangles.
+`print_faults` sees the written file as a slicer does: as triangles, with equal points merged.
 """
 
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ class Breach:
 def breaches(
     guards: Guards, origins: Origins, change: ShapeChange | None, before: MeasuredMesh, after: MeasuredMesh, unit: str | None
 ) -> list[Breach]:
-    """The limits that a result breaks; none without measures, since a run without measures has no limits."""
+    """The breaches of a result; empty for a run without measures, which has no limits."""
     if before.measures is None or after.measures is None or change is None:
         return []
     broken: list[Breach] = []
@@ -109,7 +109,7 @@ _PLACES = 3  # the most places that a message names
 
 
 def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = False) -> Iterator[Breach]:
-    """Faults that keep a slicer from telling inside from outside: borders, non-manifold edges, flipped or intersecting faces.
+    """Faults for printing: borders, non-manifold edges and vertices, flipped, inward or intersecting faces, and no volume.
 
     MeshLab finds the intersecting faces, with its files in `folder`. If `folder` is None, MeshLab runs in a process of its own,
     and a crash there raises `RunError`. If the mesh is `wrapped`, the message advises other settings of the wrap.
@@ -163,7 +163,7 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
 
 
 def wrap_words(scan: MeshData, wrap: MeshData) -> str:
-    """A sentence on the share of a scan's area inside a wrap: faces deeper than twice the wrap's mean distance from the scan."""
+    """A sentence on the share of a scan in a wrap: the faces over 2 d from the wrap, whose mean distance from the scan is d."""
     from ..filters.inspection import Surface
 
     if not len(scan.faces):

@@ -54,8 +54,8 @@ def verify_output(
 ) -> Verification:
     """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
-    The provenance may come from a stranger. So its recipe must be the same as the shipped one or the one in the recipe's file;
-    `recorded` lifts this condition. The options that weaken the checks of a run, `allow_outside` and `unchecked`, must be
+    The provenance may come from a stranger. So the recipe in the provenance must equal the shipped recipe or the recipe's file,
+    unless `recorded` is True. The options that weaken the checks of a run, `allow_outside` and `unchecked`, must be
     given again.
 
     Raises:

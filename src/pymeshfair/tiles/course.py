@@ -59,7 +59,7 @@ def run_by_tiles(
     """Carries out a job by tiles of at most `most` points or vertices; None: tiles are as large as the memory allows.
 
     `memory_limit` of the job bounds the command and all workers together. With `resume` the run continues from the files of a
-    killed run, and keeps its temporary files if it ends early. `check_wanted` is called twice a second; it may raise to stop.
+    killed run, and a failure keeps the temporary files. `check_wanted` is called about twice a second, and may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -179,7 +179,7 @@ class _TiledRun:
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
     def _report_skipped(self, number: int) -> None:
-        """Reports the steps before `number` that have no plan: they were done with the step before, or move nothing."""
+        """Reports the steps before `number` without a plan: deletions, done by selections, and projections of 0 iterations."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
                 pass
@@ -251,7 +251,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
     """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
-    # A face takes 20 bytes for each cell that has one of its vertices, on average 23; while faces are sorted, up to twice that.
+    # A face has 20 bytes in each cell that has one of its vertices: 23 bytes on average, and up to 46 while faces are sorted.
     vertices, faces = len(source), source.faces_table.element.count
     row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)

@@ -1,8 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-`Cells` has the vertices; the slot of a vertex is its row in the files. Other files have the faces at the vertices of each cell,
-with slots as corners. A tile is some cells; its vertices and faces keep the order of the input. A filter round ends on all
-tiles before the next starts.
+The files of `Cells` have the vertices; the slot of a vertex is its row in these files. The files of `Surface` have the faces at
+the vertices of each cell, with slots as corners. A tile is a range of cells; in a `TileMesh` vertices and faces have the order of
+the input. All tiles end a round of a filter before the next round starts.
 """
 
 import contextlib
@@ -41,7 +41,7 @@ class Surface:
     """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
     cells: Cells  # the cells of the vertices
-    #: (b + 1,) the first slot of each bucket, a range of cells that fits into memory; its file has the faces at its vertices
+    #: (b + 1,) the first slot of each bucket, then the number of vertices; a bucket is a range of cells that fits into memory
     buckets: tuple[int, ...]
 
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
@@ -63,7 +63,7 @@ class Surface:
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
         """Writes each face to the files of the buckets that its corners are in; returns the number of faces.
 
-        `slices` yields faces as (m, 3) numbers of vertices. At most `size` vertices are in memory.
+        `slices` yields faces as (m, 3) numbers of vertices. Vertices are read `size` at a time.
         """
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
