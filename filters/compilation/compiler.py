@@ -1,7 +1,7 @@
 """The compiler process, which imports numba so that the processes that call kernels need not.
 
-These processes start fast without numba, and numba's settings for the processor affect only the compiler process. The first
-kernel without stored machine code starts this process. It compiles one kernel after the other, and ends with its parent process.
+Processes start faster without numba, and numba's settings for the processor affect only the compiler process. The first kernel
+without stored machine code starts the compiler process, which compiles kernels one by one, and ends with its parent process.
 """
 
 from __future__ import annotations

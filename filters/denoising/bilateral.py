@@ -24,11 +24,11 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Automatic range sigmas as shares of the sigma of 95 % efficiency, the best of a few shares tried on models with added noise. In
-# one-rings a height has the noise of two vertices and a normal: below 1. Triangle corners have small heights: above 1.
+# Automatic range sigmas as multiples of the sigma of 95 % efficiency, the best of a few that were tried on models with noise.
+# Below 1 for neighbours: their heights have the noise of two vertices and a normal. Above 1 for corners: their heights are small.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
-# Scales above this or below its inverse are refused, since their squares would be out of the range of numbers.
+# Sigmas above `_EXTREME` or below 1 / `_EXTREME` are refused: their squares would be out of the range of numbers.
 _EXTREME = 1e150
 # Number of blocks of vertices, each with its own array of marks. Results do not depend on this number.
 _BLOCKS = 32
@@ -52,9 +52,9 @@ def bilateral_fleishman(
     """Moves vertices along their normals: p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g [fleishman2003].
 
     h_ij = n_i . (p_j - p_i) is the height of j, f the space kernel, g the range kernel, n_i the area-weighted normal of i. The
-    sums go over the vertices that a path of edges connects with i, if the whole path is within sqrt(2) `space_sigma` of i. They
-    leave out i, which would outweigh all others with kernels such as "l1". All vertices move at once. Moving along normals keeps
-    the shape of triangles, but each step shrinks closed surfaces a little.
+    sums go over the vertices that a path of edges connects with i, if the whole path is within sqrt(2) `space_sigma` of i. The
+    sums leave out j = i: kernels such as "l1" would give i nearly all of the weight. All vertices move at once. Moving along
+    normals keeps the shape of triangles, but each step shrinks closed surfaces a little.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -113,7 +113,7 @@ def bilateral_jones(
     The mean is sum_q a_q f(|c_q - p|) g(|P_q(p) - p|) P_q(p) / sum_q a_q f g, with a_q the area and c_q the centre of q. The
     plane of q goes through c_q. Its normal is mollified: it is the normal of q after each vertex has moved to the mean
     sum_q a_q f'(|c_q - p|) c_q / sum_q a_q f', where f' is f with half the sigma. The sums go over the triangles with centres
-    within sqrt(2) times the sigma of f or f'. So the mesh need not be manifold or connected, but only g separates close sheets.
+    within sqrt(2) times the sigma of f or f'. The mesh need not be manifold or connected. Only g keeps two close sheets apart.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -311,7 +311,7 @@ def _mean_height(
 
 
 class _Triangles(NamedTuple):
-    """The triangles with an area, sorted by grid cell, so that those in the 27 cells at a vertex form 9 runs, each along z."""
+    """The triangles with an area, sorted by grid cell: any block of 3 x 3 x 3 cells is 9 runs of triangles, each along z."""
 
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals

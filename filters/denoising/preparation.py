@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of their move that corners of new folds keep at first (0 would restore spikes); the rings that `going_back` needs.
+#: The share of its move that a corner of a newly folded face keeps at first (0 would restore spikes); the rings for `going_back`.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -110,8 +110,8 @@ def relaxed(
 ) -> Floats:
     """Returns (n, 3) the vertices after `iterations` pairs of Taubin steps with the factors 0.5 and -0.53.
 
-    The border "along" keeps the outline, see `outline_kept`. The direction "normal" keeps only the part of each move along the
-    normal of a smoothed copy.
+    With the direction "normal" only the part of each move along the normal of a smoothed copy remains. With "all" the border
+    "along" keeps the outline, see `outline_kept`.
     """
     check_choice("relaxation_direction", direction, RelaxationDirection)
     if iterations == 0:
@@ -161,7 +161,7 @@ def relaxed_part(
 
     Returns (n, 3) the moved vertices; (n, 3) these vertices without the outline's moves along the surface; and for each of the
     means p and q of `outline_kept` the sum and the number of squares. The sums go over the vertices of the mask `own`; the part
-    has `rings_of_relaxation` rings around each of these. `is_open` says whether the whole mesh has borders.
+    has `rings_of_relaxation` rings around each vertex of `own`. `is_open` says whether the whole mesh has borders.
     """
     fair, nothing = taubin_fairing(vertices, faces, iterations=iterations, border=border, whole=whole), ((0.0, 0), (0.0, 0))
     if direction == "all" and (border != "along" or not is_open):
@@ -194,9 +194,9 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 
 
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
-    """Returns (n, 3) the vertices `after`, where the corners of the (m,) newly folded faces keep only a share of their move.
+    """Returns (n, 3) the vertices `after`, but corners of faces in the (m,) mask `new` keep only the `share` of their move.
 
-    If all corners of such a face are back already, its neighbours fold it: so the corners of the faces around it go back, too.
+    If all corners of a face in `new` are back already, the faces around it cause the fold: then their corners go back, too.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

@@ -33,7 +33,7 @@ class Rounding(NamedTuple):
 
     @property
     def equal_steps(self) -> bool:
-        """Whether all levels are multiples of one step. Steps of disparity are not: they grow with the distance."""
+        """Whether on each axis most steps are multiples of the median step. Steps of disparity grow with the distance instead."""
         steps = [np.diff(levels) / np.median(np.diff(levels)) for levels in self.levels]
         return all(np.median(np.abs(step - np.round(step))) < _FLAT for step in steps)
 

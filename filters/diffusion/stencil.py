@@ -1,7 +1,7 @@
 """Explicit steps of an operator on a mesh: the choice of vertices that move, the kernels, and a bound of the spectrum.
 
 Each kernel reads the points p before the step, and writes the points after it for all vertices that move:
-out_i = p_i + step (L p)_i. Vertices with 0 in `moves` keep the content of `out`.
+out_i = p_i + step (L p)_i. If `moves` is 0 at a vertex, the kernel does not write out_i.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, NO_STAR, OPEN, Border
 #: "euler": p + step (L p). "meshlab": MeshLab's rule, which includes the vertex in the mean.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
-#: Takes the points before the step, an array for the points after it, and the step; vertices that do not move keep the content of
-#: the array. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode; after a
-#: longer step the points are undefined.
+#: Takes the points before the step, an array for the points after the step, and the step; fills the array at the vertices that
+#: move. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode; after a longer step the
+#: points are undefined.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 #: The offsets, (n + 1,) int64, and the neighbours, int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
-#: Parallel kernels take the two arrays one by one: with the tuple these short loops take 6 % longer.
+#: Parallel kernels take the two arrays one by one: with the tuple their short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
 # Indices in kernels are unsigned: the compiler would test signed ones for being negative.
 _U: Any = np.uint64
@@ -224,7 +224,7 @@ def _weighted_step(
 def _length_step(
     points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
-    """Moves by `step` (sum of unit edges) / (sum of inverse lengths; with `by_arc_length` half the sum of lengths)."""
+    """Moves by `step` (sum of unit edges) / q, q the sum of inverse lengths, or with `by_arc_length` half the sum of lengths."""
     bound = 0.0
     for i in prange(moves.shape[0]):
         if moves[i]:
@@ -298,7 +298,7 @@ def _move_block(
                 at += _U(1)
             x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
             at += _U(1)
-    # u is an edge, v the next one. The processor runs several square roots and divisions at a time; they are most of the work.
+    # u is an edge, v the next edge. In a separate loop the processor runs several square roots and divisions at a time.
     for u in range(max(at, _U(1)) - _U(1)):
         v = u + _U(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])

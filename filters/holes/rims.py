@@ -24,7 +24,7 @@ SHORT_RIM = 1.0
 Outer: TypeAlias = Literal["no", "probably", "surely"]
 # The largest distance of an island from the middle plane of its hole, as a share of the square root of the hole's area.
 _HEIGHT = 0.5
-#: The largest number of edges of a hole with its islands, or `max_edges` if larger; this limits the time.
+#: The largest number of edges of a hole together with its islands, unless `max_edges` is larger; the limit saves time.
 MOST_JOINED = 10_000
 #: Why a rim was left open, see `_WHY`. "size": more edges than `max_edges`. "island" also stands for a hole around an island.
 Reason: TypeAlias = Literal[
@@ -94,10 +94,10 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Returns whether each rim is the outer border of a sheet.
 
-    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there. A rim above
-    `OUTER_TURN` is surely an outer border: by Gauss-Bonnet a flat disc has 2 pi, however ragged, and a dome less. A rim is
-    probably an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component, and its curvature
-    is above `FRAME_TURN`. A rim too short to go round its sheet is a hole, see `SHORT_RIM`.
+    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there. A rim too
+    short to go round its sheet is a hole, see `SHORT_RIM`. Any other rim of a curvature above `OUTER_TURN` is surely an outer
+    border: a flat disc has 2 pi by Gauss-Bonnet, however ragged its rim is. A rim of a curvature above `FRAME_TURN` is probably
+    an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component.
     """
     if not rims:
         return []

@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
 
-#: `reflection_stripes` are 1 where cos(stripes x angle) is above this value, 0 where below minus it; smaller values sharpen them.
+#: The brightness of stripes is 1 where cos(stripes x angle) > `_SOFTNESS`, and 0 where cos(stripes x angle) < -`_SOFTNESS`.
 _SOFTNESS = 0.25
 
 
@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit sums of face normals weighted by corner angles: splitting a face does not change them. 0 if all areas are 0."""
+    """(n, 3) unit sums of face normals weighted by corner angles, which splitting a face does not change; 0 if the sum is 0."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -64,7 +64,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     "cotangent": H_i = -n_i . (L p)_i / 2 with L = M^-1 C, the cotangent stiffness C and the mixed Voronoi areas M [meyer2003];
     its error falls with the square of the edge length on regular meshes, and is 0 on cylinders.
     "uniform": H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the mean of the normal curvatures
-    along the edges, weighted by their squared lengths. It is H if the edges are spread evenly.
+    along the edges, weighted by the squared lengths of the edges; this mean equals H if the edges are spread evenly.
     H is 0 on borders, where it is not defined, and at vertices without a face.
 
     Raises:
@@ -93,7 +93,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
 
     "per_area": the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on
     developable surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and
-    irregular triangles change it more than the mean curvature.
+    irregular triangles disturb it more than they disturb the mean curvature.
 
     Raises:
         FilterInputError: not a mesh, or an unknown measure.
@@ -147,7 +147,7 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
     The lamps are infinitely far, parallel to `direction`, and evenly spread round it. The eye is infinitely far in the direction
     v = `view`. At a normal n it sees light from r = 2 (n . v) n - v; the angle of r about `direction` decides whether r hits a
     lamp or the dark between two lamps. A break in a stripe shows a jump of the normals. A sharp bend shows a jump of the
-    curvature, which shading hardly shows; smooth stripes with uneven gaps show a gradual change of it.
+    curvature, which shading hardly shows; smooth stripes with uneven gaps show a gradual change of the curvature.
 
     Args:
         normals: (n, 3) unit normals; 0 gives 0.5.

@@ -17,7 +17,7 @@ from .nested_dissection import PARTS, dissected
 
 #: Number of columns that are eliminated together, and of right-hand sides that one pass over the factors solves for.
 _BLOCK, _TOGETHER = 8, 4
-#: Number of columns of a panel, which is eliminated before later columns are updated; and of a strip, the unit of these updates.
+#: Number of columns of a panel, which is eliminated before later columns are updated; and of a strip of columns updated together.
 _PANEL, _STRIP = 64, 32
 #: A row of a front (a front is the dense matrix of a group) counts as this many vertices in comparisons with `SERIAL_BELOW`.
 _WORK = 64
@@ -62,7 +62,7 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows, numbers, parts, last, above)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """Returns L (by groups, columns from the diagonal on, which has D) and (n,) D; `matrix` must fit the planned pattern."""
+        """Returns L by groups and columns, with D on the diagonal; and (n,) D. `matrix` must have the planned pattern."""
         values, pivots = np.empty(int(self.numbers[-1])), np.empty(len(self.order))
         entries, ends = _compressed(matrix), self.parts[:, 1] - 1
         counts = self.starts[ends + 1] - self.starts[ends]

@@ -1,8 +1,8 @@
 """Solvers of sparse symmetric positive definite systems: Jacobi, multigrid, Cholesky, refinement; docs/solvers.md has the times.
 
-If few steps are predicted, the diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems
-and multigrid preconditions large ones: its cost per row depends neither on a diffusion's time step nor on the row count. Factors
-are also the last resort. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
+If few steps are predicted, the diagonal is the preconditioner of conjugate gradients. Otherwise factors solve small systems,
+and multigrid preconditions large ones: its cost per row depends neither on the row count nor on a time step. If multigrid fails,
+factors are tried. Ill-conditioned powers of Laplace operators need refinement with residuals in twice the precision.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from .fronts import Fronts
 #: The largest number of shifts that are tried.
 _ATTEMPTS = 4
 #: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
-#: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than this error times the
-#: largest eigenvalue. The eigensolver refines its modes, which makes up for the error.
+#: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than the backward error times
+#: the largest eigenvalue. The eigensolver refines the modes, so rough factors suffice for modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
@@ -301,7 +301,7 @@ class Solution(NamedTuple):
     values: Floats  # x, of the shape of b
     error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" has no estimate: 0
     # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal, so that large rows do not hide errors in small rows:
-    # x is the exact solution of a system that differs by this share. It is the largest share of all groups of columns.
+    # x is the exact solution of a system that differs by this share. Each group of columns has a share; this is the largest.
     backward_error: float
     iterations: int  # number of products with the matrix
     method: Method  # the method that gave x
@@ -347,7 +347,7 @@ def refined_solution(
     system = SpdSystem.of(matrix)
     solve = solve or Cholesky(system.matrix, progress=progress, done=0.1).solve
     x = np.asarray(start, dtype=np.float64)
-    del start  # so that the second step frees its memory
+    del start  # else the first guess would stay in memory until the end
     before, steps = np.inf, 0
     while True:
         r = first if steps == 0 and first is not None else residual(x)

@@ -65,11 +65,11 @@ class Recipe(FilterMethods):
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
-        """Returns a named value, such as ``"6edge"``, for parameters of any type; `set` changes it in all of them at once."""
+        """Returns a named value, such as ``"6edge"``, to give to parameters of any type; `set` changes it for all of them."""
         return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
-        """Tags a step, counted from 0, so that `set` accepts ``TAG.PARAM=VALUE``; several steps may have the same tag."""
+        """Tags a step, counted from 0 (-1: the last), so that `set` accepts ``TAG.PARAM=VALUE``; steps may have the same tag."""
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")

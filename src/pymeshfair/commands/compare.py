@@ -22,7 +22,7 @@ _AREAS = 20
 
 def compare(
     before: Annotated[Path, Argument(metavar="BEFORE", help="The first mesh file, the reference.")],
-    after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file to compare with it.")],
+    after: Annotated[Path, Argument(metavar="AFTER", help="The mesh file to compare with BEFORE.")],
     self_intersections: Annotated[
         bool | None, Option(help="Search for faces that cut others; by default in meshes of up to 200,000 vertices.")
     ] = None,
@@ -46,7 +46,7 @@ def compare(
 ) -> None:
     """Compare two meshes or clouds: their distance, and what was kept, lost, added and removed.
 
-    They may have different vertices and faces. With --tolerance the exit code is 1 if the distance exceeds it at any place.
+    The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """
     from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension

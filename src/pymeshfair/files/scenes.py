@@ -87,7 +87,7 @@ def read_tree(data: bytes) -> ElementTree.Element:
 
 
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
-    """Parses finite numbers separated by blanks; `count`, if given, is their required number. `what` names them in messages."""
+    """Parses finite numbers separated by blanks, exactly `count` of them if it is given; `what` names the text in messages."""
     words = text.split()
     try:
         if "_" in text or not text.isascii():  # Python would accept these in numbers

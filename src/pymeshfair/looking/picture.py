@@ -186,7 +186,7 @@ def view_angles(text: str) -> tuple[float, float]:
 def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
     """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
 
-    The eye moves `azimuth` degrees to the right around that axis, and `elevation` degrees up. If both angles are 0, it looks
+    The eye moves `azimuth` degrees to the right around `up`, and `elevation` degrees up. If both angles are 0, it looks
     along -z if y is up, and along +y if z is up.
     """
     a, e = math.radians(azimuth), math.radians(elevation)
@@ -234,7 +234,7 @@ class Appearance:
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
     columns: int = 4  # the largest number of panels in a row
     limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
-    tolerance: float = 0.0  # in a diverging coloring, numbers within it have one colour; 0 for no tolerance
+    tolerance: float = 0.0  # numbers of a diverging coloring that are within the tolerance have one colour; 0 for none
     unit: str = ""  # the unit of the scan, or empty
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
@@ -251,7 +251,7 @@ def draw_meshes(
 ) -> Image.Image:
     """Draws meshes side by side with one camera, one scale bar and one colour bar.
 
-    The first mesh is the reference of distances and displacements. `numbers` colour the meshes; None computes them.
+    The first mesh is the reference of distances and displacements. `numbers` are as from `numbers_of`; None computes them.
     """
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: the largest number of pieces that get a line each
 _MOST_PIECES = 5
-#: a measure, its words, and whether it has a row even if all its values are 0 or unknown (unknown: not if all meshes are clouds)
+#: a measure, its words, and whether it has a row even if all values are 0, or all are unknown and some mesh has faces
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -39,13 +39,13 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns a row for each measure: name, and value for each mesh; omits rare measures that are 0 or unknown for all meshes."""
+    """Returns a row for each measure: name, and value for each mesh; `_MEASURES` says which rows are left out."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     clouds = all(measures.get("faces") == 0 for measures in columns.values())
     rows = []
     for name, words, always in _MEASURES:
-        # A cloud has no unreferenced vertices, no borders and no area.
+        # In a cloud all vertices are unreferenced, which is no fault.
         values = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
         if any(values) or (always and not (clouds and all(value is None for value in values))):
             rows.append([words + powers.get(name, ""), *(_value_text(measures.get(name)) for measures in columns.values())])

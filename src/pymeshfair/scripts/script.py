@@ -59,7 +59,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the new script's result differs from the old script's in old or in today's MeshLab; empty if equal
+    meaning: str = ""  # how the new script's result differs from the old script's in its own or in today's MeshLab; or empty
 
     @property
     def same_meaning(self) -> bool:
@@ -138,9 +138,9 @@ class Step:
         )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
-        """The step with defaults for parameters without a value; without `lengths`, relative lengths get no default.
+        """The step with defaults for parameters without a value; if `lengths` is False, relative lengths get no default.
 
-        Some defaults of built-in filters follow from the mesh, such as the number of triangles to decimate to. They stay absent.
+        MeshLab finds some defaults from the mesh, such as the number of triangles to decimate to. Such parameters get no value.
         """
         defaults = {
             name: default

@@ -23,7 +23,7 @@ from .cells import Ranges, Results
 
 #: formats of clouds that tiles can read and write
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: for each slice of a cloud: the mask of the points to keep, and new columns by name in the file, with values for all points
+#: for each slice of a cloud: the mask of its points to keep, and by column name, new values for all points of the slice
 Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], dict[str, NDArray[np.float64]]]]
 
 

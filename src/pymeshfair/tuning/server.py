@@ -1,7 +1,4 @@
-"""Serves the tuning page: shows a recipe as controls, and exchanges JSON documents and binary meshes over one web socket.
-
-A request needs the token and a name of this machine as its host; to open the socket, also the server's own page as its origin.
-"""
+"""Serves the tuning page: shows a recipe as controls, and exchanges JSON documents and binary meshes over one web socket."""
 
 import asyncio
 import contextlib
@@ -120,11 +117,11 @@ def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     current = step.with_defaults().values
     for name, text in setting.items():
         if text == value_text(current.get(name)):
-            continue  # keep the text in the script, which may name a setting of the recipe
+            continue  # an unchanged value stays linked to its setting, if it has one
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
-                continue  # keep the value of the script; without one, the filter finds it
+                continue  # keep the script's value; a parameter without a value gets the filter's default
             values[name] = parse_value(parameter, text)
         except ParameterError as error:
             raise ChoiceError(number, name, str(error)) from error
@@ -156,7 +153,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:
-    """Returns the limits of a text field and the ends of its slider, near the value if the limit is missing or a far maximum."""
+    """Returns the limits of a field and of its slider, which ends near the value if a limit is missing or the maximum is far."""
     reach = max(4.0 * abs(value), 10.0 if value == 0 or abs(value) >= 2 else 1.0)
     return {
         "low": minimum if minimum is not None else min(0.0, value - reach),
@@ -197,8 +194,8 @@ def redirecting_file(address: str, folder: Path) -> Path:
 def is_allowed(request: Request, token: str) -> bool:
     """Returns whether a request has the token, this machine as its host, and an allowed origin.
 
-    The path must begin with the token. The ``Host`` header must be a name of this machine, against DNS rebinding. The ``Origin``
-    header, which browsers always send for a socket, must be the same host.
+    The path must begin with the token. The ``Host`` header must be a name of this machine, against DNS rebinding. An ``Origin``
+    header must name the same host; a request for the socket must have this header, which browsers always send there.
     """
     start = f"/{token}/".encode()
     hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
@@ -225,8 +222,8 @@ def serve(
 ) -> None:
     """Answers requests until Ctrl-C or a signal ends the process; then ends the worker.
 
-    `recipe` is the name or path of the first recipe, `token` the first part of every path, and `folder` is for temporary files.
-    `ready` is called when the server accepts requests.
+    `recipe` is the name or path of the recipe that the page shows first, `token` is the first part of every path, and `folder` is
+    for temporary files. `ready` is called when the server accepts requests.
     """
     workshop = Workshop(scan, folder)
     page = render("tune.html", scripts=("viewer.js", "tune.js"), sockets=True, title=scan.path.name)
@@ -277,7 +274,7 @@ class Conversation:
     """The conversation with one page: receives its orders, and sends documents and meshes."""
 
     def __init__(self, connection: websockets.ServerConnection, scan: Scan, first: str, workshop: Workshop) -> None:
-        """`first` is the name or path of the first recipe."""
+        """`first` is the name or path of the recipe that the page shows first."""
         self._connection = connection
         self._scan, self._first = scan, first
         self._workshop = workshop
@@ -322,7 +319,7 @@ class Conversation:
         await self._connection.close()
 
     async def welcome(self, order: Mapping[str, Any]) -> None:
-        """Sends the scan, the recipes and the first recipe."""
+        """Sends facts about the scan, the list of recipes, the controls of the recipe to show first, and the mesh of the scan."""
         scan = self._scan
         recipes = [{"name": head.name, "title": head.info.title} for head in shipped_heads()]
         if self._first not in shipped_recipes():
@@ -351,7 +348,7 @@ class Conversation:
         await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Starts a run of the recipe with the settings of the page; `_send_results` sends the result."""
+        """Starts a run of the recipe with the values on the page; `_send_results` sends the result."""
         _, script = self._recipe_and_script(order)
         scan = self._scan
         if scan.part is not None:

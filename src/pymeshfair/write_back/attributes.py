@@ -1,7 +1,7 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
-pymeshlab can add a custom attribute, but cannot change, remove or free it (8 bytes a number). So a layer gets at most `MOST`
-helper attributes. Later calls overwrite these by way of the vertex normals, which is slower: vertex i moves to (i, 0, 0). A
+pymeshlab can add a custom attribute, but cannot change, remove or free it. So a layer gets at most `MOST` helper attributes of
+vertices, and of faces. Later calls overwrite helpers by way of vertex normals, which is slower: vertex i moves to (i, 0, 0). A
 helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
 and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
 
@@ -48,7 +48,7 @@ _MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
-    """Stores arrays, one number per element, in helper attributes of the current layer; returns their names for immediate use."""
+    """Stores (n,) arrays in helper attributes of the current layer, and returns their names; the next call may overwrite them."""
     if has_room(bench, element, len(arrays)):
         fresh = _names(_count_helpers(bench, element), len(arrays))
         for name, values in zip(fresh, arrays, strict=True):

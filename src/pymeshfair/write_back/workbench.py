@@ -16,7 +16,7 @@ from ..mesh_data import MeshData, View, as_levels
 from ..mesh_data.mesh_data import LazyAttributes
 from ..meshlab.base import BASE, MESHLAB, UnknownLayerError, apply_filter
 
-#: The most morphs for one move. A morph from s to t computes s + (t - s); a second morph corrects the rounding error.
+#: The most morphs for one move. A morph from s to t computes s + (t - s); further morphs correct the rounding error.
 _MOST_MORPHS = 3
 _KINDS = {"selection": "selection_array", "scalars": "scalar_array", "colors": "color_matrix", "normals": "normal_matrix"}
 #: for each array of `Layer`, the method of pymeshlab that returns it
@@ -71,7 +71,7 @@ def wedges_of(mesh: Any) -> Any:
 class Workbench:
     """Reads the layers of a mesh set, and applies MeshLab's filters outside its script and without output on the screen.
 
-    It calls the methods of `pymeshlab.MeshSet` itself, never those of a subclass.
+    It calls only methods of the class `pymeshlab.MeshSet`, even if a subclass overrides them.
 
     Attributes:
         meshset: the mesh set; any `pymeshlab.MeshSet` serves.
@@ -169,8 +169,7 @@ class Workbench:
     def matrix_aside(self, mesh: Any) -> Iterator[None]:
         """Removes the transformation matrix of a layer while the context is open.
 
-        pymeshlab's face_normal_matrix() applies the matrix, scaled by the cube root of its determinant, and returns NaN for a
-        mirrored layer. Its other arrays do not depend on the matrix.
+        The matrix changes pymeshlab's face normals, which are NaN for a mirrored layer. It changes no other array.
         """
         matrix = mesh.transform_matrix()
         self.set_matrix(mesh, np.eye(4))
