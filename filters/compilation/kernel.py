@@ -177,7 +177,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # two copies of the same code would share one environment, which may be freed with one copy
+        with _LOADING:  # two copies of the code would share numba's environment object, which may be freed with either
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)
@@ -276,7 +276,7 @@ def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
 class Compilation:
     """The compilations of this process so far."""
 
-    kernels: int = 0  # the number of kernels, including the one in progress, but not those compiled as parts of another
+    kernels: int = 0  # the compilations begun so far; a kernel that another kernel calls is compiled with it and not counted
     seconds: float = 0.0  # the total time of the finished compilations
     is_going_on: bool = False  # whether a kernel is being compiled
 

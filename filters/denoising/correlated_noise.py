@@ -1,6 +1,6 @@
 """Chooses settings for noise that neighbours share, as in rounded coordinates, filtered depth maps and meshes fused from maps.
 
-Cross-validation fails for such correlated noise, because a good prediction of a held-out vertex includes its noise.
+Cross-validation fails for such noise: neighbours share the noise of a held-out vertex, so they predict the noise, too.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales for `noise_field`: to detect shared noise; and to fit it with one of three widths.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-# The same for fused maps, whose noise is correlated over five edges or more; and the quantile in place of `tuned.CALMEST`:
-# the calmest parts of the mesh were seen at a slant and have less noise than the others.
+# Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
+# parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
 _FAR = 8  # number of smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
@@ -38,10 +38,10 @@ def setting_of_rounded(
 ) -> Choice[Setting] | None:
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
-    The `rounding` is undone first, see `Rounding.undone`. Errors of a result add to its distance from the rounded vertices, since
-    rounding hardly depends on the surface: the least distance is best, see `Scan.flattest`. Depth maps have other noise, too, if
-    steps differ or undoing leaves a smooth surface. It is measured, and results within the distance of all noise are allowed
-    [morozov1966]. `other` is better if its result is flatter still, as with independent noise. Fixed vertices do not count.
+    The `rounding` is undone first, see `Rounding.undone`. The best result is nearest to the rounded vertices (`Scan.flattest`),
+    since rounding hardly depends on the surface. If the steps differ, or if undoing leaves a depth map smooth, there is other
+    noise. Then all noise is measured, and every result whose distance is at most that noise is allowed [morozov1966]. `other` is
+    better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -88,7 +88,7 @@ def setting_of_shared(
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     """Returns the standard deviation of shared noise along the normals, or of rounding along its axis; 0 without either.
 
-    The mesh has (n, 3) points, a mean edge of 1, (m, 3) triangles, and the noise of `estimate_noise`.
+    `points` are (n, 3) with a mean edge of 1, `faces` are (m, 3) triangles, `noise` comes from `estimate_noise`.
     """
     rounding = rounding_of(points, faces)
     if rounding is not None:
@@ -134,9 +134,9 @@ class NoiseField(NamedTuple):
 def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
     """Fits the variances of several noises to residuals of the surface at several scales.
 
-    The measure at a scale is the quantile `calmest` of the local mean squares of the `_Scales.residuals`. For each width, the
-    first of which is 0, white noise is smoothed by that number of steps, scaled to variance 1 and measured too. The variances are
-    the non-negative weights with which the sum of these measures best fits the measures of the surface.
+    The measure at a scale is the quantile `calmest` of the local mean squares of the `_Scales.residuals`. White noise is smoothed
+    by each width (a number of steps; 0 is the first), scaled to variance 1, and measured in the same way. The variances are the
+    non-negative weights with which the measures of the noises add up best to the measures of the surface.
     """
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
     if not scan.scored.any():
@@ -163,14 +163,14 @@ def has_even_shared_noise(scan: Scan) -> bool:
 
     Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. The
     level of shared noise, divided by that of white noise, grows from scale 2 to 4, and less from 4 to 8; that of a curved surface
-    goes on growing. The kurtosis of noise is nearer to 3, as of a normal distribution, than to 1.8 (uniform) or 6 (Laplace).
+    goes on growing. The kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
     """
     if not scan.scored.any():
         return False
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """Returns (4,) levels of the calmest quarter, (4,) their ratios to those of the calmest places, and (4,) kurtoses."""
+        """Returns by scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, and the kurtosis below it."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0

@@ -19,7 +19,7 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: For each family (candidates that smooth more and more), an iterator over its (n, 3) results. Threads read it as far as needed.
+#: For each family (candidates that smooth more and more), an iterator over its (n, 3) results; the last may stay unread.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
 #: A function that takes (n, 3) vertices and the indices of the held-out vertices, and returns the runs.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations; the index of the best."""
 
-    errors: Floats  # clipped by one m for all vertices, see `scores_of`, so that noise levels can be compared with them
+    errors: Floats  # with one clipping for all vertices, unlike the other fields, to be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int
@@ -71,7 +71,7 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
-    (h, c) indices `near`, each vertex has its own m: the median of that candidate over the vertices near it. Clipping limits
+    (h, c) indices `near`, each vertex has its own m: the median of this candidate's |r| over its row of `near`. Clipping limits
     the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
     faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
     excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
@@ -122,10 +122,10 @@ def cross_validate(
     """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. If all but the best are that much worse, the remaining sets are skipped.
+    which should do nothing, always stays. Once all others are that much worse than the best, the remaining sets are skipped.
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
-    `scores_of`. `run` takes a set and returns the results of the candidates; `labels` are their labels; both are grouped by
+    `scores_of`. `run` takes a set and returns the results of the candidates. Results and `labels` are grouped by
     family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
     `share_flipped` returns the share of flipped faces of a result; it is measured on the first set. `progress` is called while
     the families run, and may raise to stop.

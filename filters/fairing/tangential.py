@@ -71,14 +71,14 @@ def tangential_smoothing(
         faces: (m, 3) triangles.
         weight: w, above 0, without unit. With a larger weight vertices move less in each iteration.
         iterations: number of steps. More steps give better triangles, up to a point.
-        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units. A larger one
-            allows better triangles on curved parts and at sharp edges. None: 5 % of the mean edge. Vertices stay on the input.
+        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units; a fifth of it for
+            moves at sharp edges. Larger allows better triangles. None: 5 % of the mean edge. Vertices stay on the input.
         flip_edges: whether edges are flipped too; all four vertices of their two triangles must be movable.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the finished share; may raise to stop.
 
     Returns:
-        (n, 3) float64, where fixed vertices keep every bit; and the (m, 3) triangles, where those without a flip keep their row.
+        (n, 3) float64, in which fixed vertices keep every bit; and (m, 3) triangles, in which a flip changes only its two rows.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -115,7 +115,7 @@ def tangential_smoothing(
 
 
 class TangentialEnergy:
-    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p). The matrix changes only with flips."""
+    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p), with one matrix for all steps."""
 
     def __init__(self, points: Floats, faces: Ints, moves: Bools, weight: float) -> None:
         self._faces, self._moves = faces, moves
@@ -180,7 +180,7 @@ class KeptSurface:
         return tentative
 
     def _folded_or_far(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which checked faces turn too far from their normal `before` or the surface's normal, or lie too far away."""
+        """(k,) which checked faces turn too far from their normals `before` or the surface's, or are too far from the surface."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
@@ -221,8 +221,8 @@ def flip_towards_quality(
     surface than allowed. Edges without exactly two faces, or whose faces have opposite orientations, stay. Vertices do not
     move.
 
-    The four vertices of a flip must all be True in (n,) `may`. The triangles stay within `allowed` of the `surface`; (n,)
-    `at` has the face of the surface where the walk from each vertex starts. Returns the triangles and the number of flips.
+    (n,) `may` must be True at all four vertices of a flip. (n,) `at` has the face of the surface at each vertex, where walks to
+    the surface start. Returns the triangles and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))

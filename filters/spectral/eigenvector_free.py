@@ -62,8 +62,8 @@ def filter_without_eigenvectors(
         values: v, (n,) or (n, k).
         response: F.
         tolerance: the error aimed at in the M-norm, as a share of |v - means|_M; `Filtered.share` is the error reached. Solves of
-            the rational route may add a third of the tolerance. Below 1e-12 rounding errors exceed it. Smaller takes longer.
-        route: "polynomial": products with S, about three for each edge in the cutoff wavelength, more with thin triangles.
+            the rational route may add 0.3 x tolerance. Rounding errors exceed a tolerance below 1e-12. Smaller takes longer.
+        route: "polynomial": products with a matrix, about three for each edge in the cutoff wavelength, more with thin triangles.
             "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
             `MOST_PRODUCTS`.
         progress: called after every product and every few steps of a solve; may raise to stop.
@@ -178,12 +178,12 @@ def rational_filter(
     An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
     with k, so the first solves must be the most exact.
 
-    `tolerance` limits the M-norm of the error of all solves together, as a share of |v|_M. Returns the filtered values and an
-    estimate of this error, in the unit of the values.
+    The M-norm of the error of all solves together should be at most `_SHARE_OF_SOLVES` x tolerance x |v|_M. Returns the filtered
+    values and an estimate of this norm, in the unit of the values.
     """
     c, degree = series.coefficients, series.degree
     system = _System(dirichlet, mass, pole, degree, progress)
-    # With R of `_System`, T_{k+1} has 4 R T_k, and errors grow like the Chebyshev polynomials of the second kind.
+    # With R of `_System`, T_{k+1} = 4 R T_k - 2 T_k - T_{k-1}: errors grow like Chebyshev polynomials of the second kind.
     beyond = np.cumsum(np.abs(c)[::-1])[::-1]
     amplification = 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
     size = m_norm(mass, values)
@@ -218,7 +218,7 @@ class _System:
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
-        """Returns R v of the values v and its error in the M-norm, which should be at most `allowed`."""
+        """Returns R v for the values v, and the M-norm of the error of R v, which should be at most `allowed`."""
         right = (self._pole * self._mass)[:, None] * values
         if self._factors is not None:
             x = self._factors.solve(right)
@@ -253,7 +253,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # With kappa = sigma tan^2(theta / 2): the smaller of two angles, from 0 to the lowest cutoff and from the highest to pi.
+    # kappa = sigma tan^2(theta / 2). The narrower of two ranges of theta: 0 to the lowest cutoff, the highest cutoff to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
@@ -309,7 +309,7 @@ def chebyshev_series(
     return ChebyshevSeries(coefficients[: degree + 1].copy(), float(tails[degree + 1]))
 
 
-#: Rounding may raise norms above their bound by this factor.
+#: Rounding may raise squared norms above their bound by this factor.
 _GROWTH = 1.0 + 1e-6
 _CHECKED_EVERY = 16  # products between two checks of the norm
 #: The highest degree that is tried.
@@ -318,8 +318,8 @@ LARGEST_DEGREE = 100_000
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
 #: With fewer rows the processor's caches hold most operands of a product, whatever the order of the rows.
 FITS_IN_CACHE = 200_000
-#: A large matrix is reordered if more than the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
-#: and if enough products with one column follow to save the time of the reordering.
+#: A large matrix is reordered if at least the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
+#: and if at least `_PRODUCTS_AN_ORDER_COSTS` products with one column follow, which take as long as the reordering.
 _SCATTERED = 0.2
 _NEAR = 8192
 _PRODUCTS_AN_ORDER_COSTS = 300
@@ -349,8 +349,8 @@ def polynomial_filter(
 ) -> Floats | None:
     """Returns p(M^-1 S) v for the series of `polynomial_series`; None if D has an eigenvalue above `bound`.
 
-    `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), and the series is scaled to `bound`. An eigenvalue
-    above the bound makes the recurrence grow.
+    `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), and the series is made for `bound`. An eigenvalue
+    above the bound is detected because the recurrence grows.
     """
     n, columns = values.shape
     root = np.sqrt(mass)

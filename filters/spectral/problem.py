@@ -31,8 +31,7 @@ _SMALLEST, _LARGEST = 1e-153, 1e153  # bounds of mesh sizes, see `check_size`
 class SpectralProblem:
     """The eigenproblem S v = kappa M v on the n vertices of a mesh that belong to its surface.
 
-    The eigenvalues kappa are not negative and have the unit of one over a squared length; sqrt(kappa) is a frequency in radians
-    per mesh unit, 2 pi / sqrt(kappa) a wavelength. Borders are natural: modes end there with slope 0.
+    The eigenvalues kappa are not negative; their unit is one over a squared mesh unit. At borders modes have slope 0.
 
     Attributes:
         dirichlet: S = -C with C the stiffness, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with

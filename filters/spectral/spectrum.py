@@ -38,7 +38,7 @@ class Spectrum:
         frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
             are constant on a component, of frequency 0, are left out.
         energies: (k,) their energies.
-        band_edges: (b + 1,) the bounds of the bands, in radians per mesh unit: integer powers of 2^(1/3) for every mesh.
+        band_edges: (b + 1,) the bounds of the bands, in radians per mesh unit: 2^(i / 3) for consecutive integers i.
         band_energies: (b,) the energy in each band, modes included; the last band includes all higher frequencies.
         energy: the energy of all frequencies together.
         area: the area of the surface.
@@ -150,9 +150,9 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # S_ii / M_i falls to a bound if M_i grows by S_ii / bound - M_i; bounds[k] gives the k + 1 stiffest `_ADDED` of all mass.
+    # With the mass S_ii / bound vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises while the next ratio exceeds it; its maximum is the bound that adds mass at exactly the k + 1 stiffest.
+    # bounds[k] rises as long as the next ratio is above bounds[k]. At the maximum no other vertex has a ratio above the bound.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -181,7 +181,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
     quadrature is exact for polynomials f of degree 2 steps - 1. The vectors are not reorthogonalised: rounding then repeats nodes
     and splits their weight, which does not change the energy of a band.
 
-    Each of the three columns has its own nodes; there are no nodes if all values are 0.
+    Each of the three columns has its own nodes; a column of zeros has none.
     """
     symmetric = symmetric_form(problem.dirichlet, problem.mass)
     matrix = CompressedRows.of(symmetric)

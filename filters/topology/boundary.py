@@ -2,8 +2,7 @@
 
 A loop has the direction of the faces that would close it. At a vertex with several fans of faces, the border goes from each fan
 to the next one round the vertex. So two holes that share a vertex have two loops. A loop passes a vertex twice only if this
-vertex alone attaches a part of the surface to the rest. Then one polygon closes the loop, and the vertex has a single fan again;
-two separate loops would leave it with two fans.
+vertex alone attaches a part of the surface to the rest. Then a polygon that closes the loop joins the fans at the vertex.
 """
 
 from collections import defaultdict
@@ -222,13 +221,12 @@ class Submesh(NamedTuple):
     faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not
-    border: Bools  # (n,) whether the vertex is an end of a border edge; edges between vertices of the outermost ring do not count
+    border: Bools  # (n,) whether the vertex is an end of a border edge; edges within the outermost ring do not count
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
     """Returns the (n,) free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
 
-    Each ring takes one pass over the faces of the mesh. The other steps take time linear in its vertices and in the submesh.
     Border vertices of the mesh and vertices without a triangle are not free in the result.
     """
     inside = free.copy()
@@ -241,7 +239,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     local = number.take(chosen)
-    # An edge with one face here, and no end in the inner rings, may have another face outside the submesh.
+    # An edge within the outermost ring that has one face in the submesh may have another face outside of the submesh.
     edges = listed_edges(*faces_by_edge(local, len(vertices)), 1, 1)[0]
     border = mask_of(edges[inside.take(vertices)[edges].any(axis=1)], len(vertices))
     return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)

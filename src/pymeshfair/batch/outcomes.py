@@ -134,7 +134,7 @@ class Journal:
         try:
             self._file = self.path.open("a+b", buffering=0)
             is_free = this_system().try_lock(self._file, alone=True) is not False
-            self.before = read_journal(self.path)  # the outcomes of earlier batches by output, also without `resume`
+            self.before = read_journal(self.path)  # the last outcome of each output in earlier batches, also without `resume`
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
         if not is_free:
@@ -221,10 +221,10 @@ def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
 
 
 def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
-    """Returns robust z-scores: the distance from the median in standard deviations, estimated by the median absolute deviation.
+    """Returns robust z-scores: the distance from the median in standard deviations [iglewicz1993].
 
-    If more than half of the numbers are equal, that deviation is 0, and the mean absolute deviation replaces it [iglewicz1993].
-    None, infinity and NaN get the score None. If fewer than five numbers are finite, or all of these are equal, all get None.
+    The standard deviation is estimated from the median absolute deviation or, if that is 0, from the mean absolute deviation.
+    None, infinity and NaN get the score None. If fewer than five numbers are finite, or all finite ones are equal, all get None.
     """
     finite = [x for x in numbers if x is not None and math.isfinite(x)]
     median = statistics.median(finite or [0.0])

@@ -153,8 +153,8 @@ def demo(
 ) -> None:
     """Clean a real range map, and show what to try next.
 
-    The range map, a sample in the pymeshlab wheel, shows a man's face in 85,849 vertices, from a laser scanner. It is copied to
-    face.ply in FOLDER. The result, face_clean.ply, replaces that of an earlier demo.
+    The range map, a sample in the pymeshlab wheel, shows a man's face in 85,849 vertices, from a laser scanner. The scan is
+    copied to face.ply in FOLDER. The result is face_clean.ply; face_clean.ply of an earlier demo is replaced.
     """
     from shlex import quote
 
@@ -211,9 +211,9 @@ def verify(
     The recipe in the provenance is compared with the recipe that pymeshfair ships, or with the recipe's file. --allow-outside and
     --unchecked must be given again if the run had them.
 
-    Exit codes: 0: the same bytes (or, for random filters without a seed, equal counts of elements and small distances); 1: other
-    bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other bytes, and
-    versions of software or the system have changed, too.
+    Exit codes: 0: the same bytes (random filters without a seed, and .3mf files: equal counts of elements, small distances);
+    1: other bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other
+    bytes, and versions of software or the system have changed, too.
     """
     from ..running.verify import verify_output
     from .display import progress

@@ -62,7 +62,7 @@ class References:
 
 
 def check_regular(path: Path, mesh: Path) -> None:
-    """Refuses a path that is no readable regular file; `mesh` is the input: `path` itself, or the file that names it."""
+    """Refuses a path that is no readable regular file; `mesh` is the input: `path` itself, or a file that names `path`."""
     named = "" if path == mesh else f"{quoted(str(path))}, which it names, "
     try:
         mode = path.stat().st_mode
@@ -114,7 +114,7 @@ class Reading:
 
 
 def unended(text: bytes) -> tuple[str, ...]:
-    """Returns a warning about a text that ends within a line, since its last number may be cut off."""
+    """Returns `NO_END` if a text ends within a line, else nothing."""
     return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
@@ -190,7 +190,7 @@ def unchanged(path: Path) -> Iterator[None]:
 
 
 def completed(path: Path, reading: Reading) -> Reading:
-    """Returns the reading with label and counts, without vertices whose coordinates are not finite."""
+    """Gives a mesh its label and the counts of its file, then leaves out vertices whose coordinates are not finite."""
     mesh = reading.mesh
     source = mesh.source
     assert source is not None

@@ -65,13 +65,13 @@ LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
 _LEVELS = "the colours of its vertices go up to 255: they are read as levels up to 255, not as shares from 0.0 to 1.0"
-#: the largest numbers of bytes and materials in material files; a city with a texture for each house has thousands of materials
+#: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: how many numbers follow each keyword of a material file
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
-#: level / 255 for each colour level, rounded up at the sixth decimal: 255 times it, whether rounded or truncated, is the level
+#: the share level / 255 of each colour level, rounded up at the sixth decimal: 255 x share, rounded or truncated, is the level
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
 _IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
@@ -333,7 +333,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab, vertices have normals if the file has one normal for each vertex; a vertex takes the normal of its last corner.
+    As in MeshLab, vertices have normals if the file has as many normals as vertices. A vertex has the normal of its last corner.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
@@ -444,7 +444,7 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Floats, Longs | None]:
     """Returns (k, 3) normals, and (m, 3) their index at each corner; None for a cloud or a mesh without normals.
 
-    If vertices moved, corners that share vertex and normal get the angle-weighted mean of their face normals: creases stay.
+    If vertices moved or faces are new, corners that share vertex and former normal share a mean of face normals: creases stay.
     """
     vertex_normals = mesh.vertex_attributes.get("normals")
     if not len(mesh.faces):

@@ -22,7 +22,7 @@ from .polygons import are_equal, outlines
 from .tokens import changed_words, patched, runs, words
 
 _HEAD = b"ply\nformat binary_little_endian 1.0\n"
-#: coordinates keep the types of the source file if these round them by at most this share of the mean edge
+#: coordinates keep the types of the source file if rounding to these types moves them by at most this share of the mean edge
 _ROUNDING = 1e-3
 
 
@@ -54,7 +54,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             target.write(kept_bytes)
             last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # the bytes of the source file's last row have no line end
+            target.write(b"" if last.isspace() else b"\n")  # kept bytes lack it if the source file ends without a line end
             target.writelines(_lines(table))
             last = b"\n"
         else:
@@ -223,7 +223,7 @@ def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[s
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the colour columns: those of the file if unchanged, else new ones in its types, or bytes for channels it lacks."""
+    """Returns the file's columns if colours are unchanged, else new ones in the file's types; bytes for channels not in it."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR

@@ -36,7 +36,7 @@ _LONGEST = 20_000
 
 #: shares of ambient, diffuse and specular light, for clay
 _CLAY_LIGHT = (0.20, 0.85, 0.32)
-#: the same shares for other colours, which must stay near the colours of the colour bar
+#: shares for colours other than clay, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 

@@ -25,7 +25,7 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """Returns the edit with the array types of `Edit`; raises a `MeshError` whose text goes after the name of the filter."""
+    """Returns the edit with the array types of `Edit`; raises a `MeshError` whose text continues the name of the filter."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -153,7 +153,7 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
 
 
 def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) the possible texture donors: the faces with the most frequent texture at added faces, or all faces."""
+    """Returns (m,) texture donors: the faces of the texture that touches added faces most; all if no face has coordinates."""
     everywhere = np.ones(len(mesh.faces), np.bool_)
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     if wedges is None:
@@ -221,8 +221,8 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
 
-    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. The rim is the donor vertices that added
-    faces use, else all. An added face gets a donor at the rim vertex nearest to its centroid. `points` are (n + a, 3), `old` n.
+    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. Donor vertices of added faces, or all donor
+    vertices if there are none, are the rim. An added face's donor is at the rim vertex nearest to its centroid. `old` is n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
@@ -243,8 +243,8 @@ def _continued_texture(
     """Returns (b, 2) one texture coordinate for each added face, at the centroid of an old face with a fitting colour.
 
     The image, (height, width, 3) `pixels`, has no pixels for added faces. So an added face shows the colour of one near old face:
-    the one most similar to a blend of the colours around. Without an image, it shows the colour of its donor. Corners are not
-    used, since the image may show pixels of other charts there.
+    the one most similar to a blend of the colours around. Without an image or a near old face, it shows the colour of its donor.
+    Corners of old faces are not used, since pixels of other charts may show there.
 
     `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.
     """
@@ -263,14 +263,14 @@ def _continued_texture(
     is_used[faces[donor_faces]] = True
     nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
-    # Three further coordinates, the contrast in each colour, prefer faces of uniform colour to faces across an edge in the image.
+    # Three more coordinates are half the contrast of each channel: among similar faces, those of uniform colour are preferred.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
     return np.asarray(centroids[donor_faces[chosen]])
 
 
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
-    """Returns (b, k) means of harmonic values at the corners of added faces; `fixed` vertices have the means of their faces."""
+    """Returns (b, k) values for added faces: continued from the `fixed` vertices, which have the mean of faces around them."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
     sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean

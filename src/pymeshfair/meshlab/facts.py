@@ -95,7 +95,7 @@ class Former:
     """Today's form of an old filter, or of the old parameters of a filter that kept its name. Values are texts, as in scripts."""
 
     now: str | None  # MeshLab's name of the filter today; None if it is gone or became several filters
-    #: for a filter that became several filters: by parameter and its value, the filter's name today; an absent value counts as 0
+    #: for a filter that became several: today's name, by the old parameter and its value; a missing value counts as 0
     splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     idle: bool = False  # the old filter never changed a mesh, so its steps can be left out
     invented: bool = False  # the name was never MeshLab's; `now` is the filter that scripts with this name mean
@@ -104,13 +104,13 @@ class Former:
     #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters, in which ``*`` stands for
     #: the old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: removed parameters, with the old value for which MeshLab does the same today; None if it does so for every value
+    #: removed parameters: MeshLab does today what it did with the given value; None if the value never mattered
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
-    #: ``"left"`` if the filter once kept the current layer, while its result is the current layer today; ``"current"`` if its
-    #: result was the current layer in every version
+    #: which layer is current after the filter: ``"left"``: the same as before it in old versions, the result today;
+    #: ``"current"``: the result in every version
     layers: Literal["left", "current", ""] = ""
     note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
 
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps old names in plain form (see `_plain`) to entries; leaves out a name with the same plain form as today's name."""
+    """Maps old names in plain form (see `_plain`) to entries, without those whose plain form is that of today's name."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

@@ -37,19 +37,19 @@ _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
 _TAIL_LINES = 60  # how many of the last lines on stderr an error shows if the worker dies or has a defect
-#: the time limit to read a file, without compilation: seconds + bytes / rate, ten times the time that the slowest file needs
+#: the time limit to read a file, without compilation: seconds + bytes / rate; the slowest file needs a tenth of this time
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`, which raise KeyboardInterrupt in its place."""
+    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`; at their end the signal takes effect."""
 
 
 class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
     So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
-    Then KeyboardInterrupt is raised, or the signal ends the process. Signals for which the program has a handler keep it.
+    Then SIGINT raises KeyboardInterrupt; another signal ends the process. Signals for which the program has a handler keep it.
     Outside the main thread nothing changes, as Python delivers no signals there.
     """
 
@@ -185,7 +185,7 @@ class Watch:
             self._place = Place.of_step(event.index, event.total, event.filter, file=script.path, line=line)
             self._load_seconds = math.inf
         if isinstance(event, PhaseStarted | StepStarted | Compiling):
-            compiles = isinstance(event, Compiling) and event.is_going_on  # this can delay reading by minutes
+            compiles = isinstance(event, Compiling) and event.is_going_on  # compilation can delay reading by minutes
             self._load_deadline = math.inf if compiles else time.monotonic() + self._load_seconds
         self._on_event(event)
 
@@ -266,10 +266,10 @@ def run_job(
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
-        ParameterError: there are limits, but measures are off; or a length has a unit, but the unit of the scan is not known.
+        ParameterError: there are guards, but measures are off; or a length has a unit, but the unit of the scan is not known.
         InputError, OutputError: a file cannot be read; the output cannot or must not be written.
-        StepFailedError, WorkerDied: a filter failed, or ended the worker process.
-        GuardBroken, RunTimeout, OutOfMemory: a limit is broken (only maps are written); time or memory is exceeded.
+        StepFailedError, WorkerDied, RunTimeout, OutOfMemory: a filter failed; the worker process ended; time or memory ran out.
+        GuardBroken: the result breaks a guard; of all files only maps are written.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()

@@ -2,7 +2,7 @@
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
-close together (more in a huge cloud), and their bounding box; a tile is a range of cells. Only signs of normals depend on tiles.
+close together (more in a huge cloud), and their bounding box; a tile is a range of cells.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Part:
 
 
 class Stored:
-    """Descriptor of a column: its file is in the folder of the object or of its `cells`, under the name of the attribute."""
+    """Descriptor of an attribute that is a column: the file of this name in `folder` of the object, or of its `cells` if any."""
 
     def __init__(self, dtype: str, width: int = 1) -> None:
         self._kind = dtype, width
@@ -212,7 +212,7 @@ def _sample(slices: Slices, count: int, buckets: int) -> Floats:
 
 
 def _pivots(sample: Floats, wanted: int) -> tuple[Ints, Floats, int]:
-    """Builds a k-d tree that cuts the longest side: node i has the child 2 i below its pivot, and 2 i + 1 from the pivot on.
+    """Builds a k-d tree that cuts boxes across their longest side: node i has the child 2 i below its pivot, else 2 i + 1.
 
     Returns:
         The axis of each node, or -1 - i for the leaf i; the pivot of each node; the number of leaves.

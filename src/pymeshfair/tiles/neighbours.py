@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the largest number of points of surrounding cells in memory: `_AROUND` times the points of a tile, at least `_LEAST_AROUND`
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: factors of the size of the largest tile: how many points search surrounding cells at once, how many cells are listed for them
+#: multiples of the largest tile's size: how many points search surrounding cells at once, and how many cells their lists have
 _SEARCHING, _LISTED = 0.125, 8
 #: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -115,7 +115,7 @@ class TilePoints:
         return nearest
 
     def _update_nearest(self, lists: tuple[Longs, Ints], rows: NDArray[np.intp], nearest: Nearest, most: int) -> None:
-        """Updates `nearest` of the points in `rows` with nearer points from the cells in `lists`."""
+        """Puts nearer points into `nearest`, the neighbours of the points in `rows`; `lists` are the cells of `cells_within`."""
         cells = self.cells
         points, numbers = self.points[rows], self.numbers[rows]
         largest, size = max(int(_AROUND * most), _LEAST_AROUND), max(1, len(points) // 64)
@@ -145,7 +145,7 @@ class TilePoints:
 
 @dataclass(frozen=True)
 class PointTiles:
-    """The tasks of a step on a cloud in cells; each task can be repeated."""
+    """The tasks of a step on a cloud in cells. A task that is done twice gives the same files."""
 
     cells: Cells  # the cloud
     values: Mapping[str, Any]  # the parameters of the step
@@ -180,7 +180,7 @@ class PointTiles:
         return self.cells.folder / f"aside-{first}.npz"
 
     def load_saved(self, tiles: Ranges, *names: str) -> Iterator[NDArray[Any]]:
-        """Yields for each name the arrays that the tiles have saved, concatenated."""
+        """Yields one array for each name: the arrays with this name that all tiles have saved, concatenated."""
         archives = []
         for first, _ in tiles:
             with np.load(self.saved(first)) as archive:
@@ -280,7 +280,7 @@ class StrayTiles(PointTiles):
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
-        """Also chooses the points with enough links to chosen points; `number` counts these passes from 1."""
+        """Adds points with enough links to chosen points to the chosen points; `number` is the number of this pass, from 1."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
         joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
@@ -441,8 +441,8 @@ def _oriented(
 ) -> tuple[NDArray[np.intp], NDArray[np.int8]]:
     """Orients `count` nodes of a graph consistently, along the spanning forest of the links with the largest absolute agreement.
 
-    (l,) `rows` and `others` are the two ends of each link. `agreement` is from -1 to 1: below 0 one end must be flipped. A link
-    that occurs in both directions has the same agreement twice.
+    (l,) `rows` and `others` are the two ends of each link, `agreement` its (l,) numbers from -1 to 1: below 0 one end must be
+    flipped. A link may occur in both directions, with the same agreement.
 
     Returns:
         (count,) the first node of the connected component of each node, and (count,) its sign 1 or -1 relative to that node.

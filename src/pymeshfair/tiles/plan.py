@@ -1,6 +1,6 @@
 """Plans runs by tiles: the steps that tiles allow, the rings of faces that steps read, the size of tiles, and the disk space.
 
-Models predict these sizes; ``benchmarks/scale.py`` measures them.
+Formulas predict the bytes in memory and on the disk; ``benchmarks/scale.py`` measures these bytes.
 """
 
 import inspect
@@ -42,7 +42,7 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: defaults of normal filtering: of the parameters that pymeshfair adds, and of the parameters of the method's authors
+#: defaults of normal filtering: first of the parameters that pymeshfair adds to the method, then of the method's own parameters
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 _AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
     name: inspect.signature(denoising.normal_filtering).parameters[name].default
@@ -69,7 +69,7 @@ class PlannedStep:
     step: int  # its number, from 1
     filter: str  # the Python name
     values: Mapping[str, Any]  # the values of its parameters
-    deletes: bool = False  # whether the points that it finds are deleted: by itself if it is `DUPLICATES`, else by the next step
+    deletes: bool = False  # whether the points found are deleted, by `DUPLICATES` itself or by the step after a selection
 
     @property
     def is_on_cloud(self) -> bool:
@@ -213,7 +213,7 @@ def rings_of(step: PlannedStep) -> int:
 
 
 def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Floats:
-    """Returns the (n, 3) vertices after Laplacian or Taubin steps; those of the tile itself are the same as without tiles."""
+    """Returns the (n, 3) vertices after Laplacian or Taubin steps; vertices of the tile itself are the same as without tiles."""
     values = {name: value for name, value in step.values.items() if name != "selected"}
     if step.filter == MESHLAB:
         lambda_, mu, iterations = values["lambda_"], values["mu"], values["stepsmoothnum"]
@@ -223,11 +223,11 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
     return taubin_fairing(vertices, faces, whole=whole, **values | {"pass_band": values["pass_band"] or None})
 
 
-#: bytes of the command, with dask if there is a scheduler, and of a worker with libraries and compiled kernels
+#: bytes planned for the command, enough also with dask, and for a worker with libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
 #: the least bytes that a worker has for tiles; if memory does not suffice for all processors, there are fewer workers
 LEAST = 60_000_000
-#: the predicted bytes of a tile, as a share of the bytes of a worker for tiles; the rest is for errors of the prediction
+#: a tile is planned to take this share of the bytes that a worker has for tiles; the rest is for errors of the prediction
 SHARE = 0.85
 
 
