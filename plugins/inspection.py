@@ -131,7 +131,7 @@ def compute_scalar_by_displacement_per_vertex(
     """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
     In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at 0 and
-    orange above. Unsigned values have colours from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the
+    orange above. Unsigned values have colours from dark violet to yellow. The colours span 98 % of the vertices. Returns their
     limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
 
     Args:

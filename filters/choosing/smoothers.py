@@ -37,7 +37,7 @@ def chosen_amount(
     """Chooses the amount whose result has slopes with the least expected error; see `Scan.choose_by_risk`.
 
     Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If fourth-order differences show
-    edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide instead. Only motion along normals counts.
+    edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide instead. Only errors along normals count.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -49,7 +49,7 @@ def chosen_amount(
         progress: called while amounts are tried; may raise to stop.
 
     Returns:
-        The choice; None if the scan has too few vertices to judge by or is certainly clean.
+        The choice; None if the scan has too few vertices to judge by or is clean (`Scan.clean`).
 
     Raises:
         FilterInputError: not a mesh, or `movable` does not fit.

@@ -1,4 +1,4 @@
-"""Denoising without parameters: five steps choose the setting from the scan alone."""
+"""Denoising without parameters: the setting is chosen from the scan alone."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -49,7 +49,7 @@ def automatic_choice(
         progress: called with the finished share; may raise to stop.
 
     Returns:
-        The choice. Moving, turning, scaling or renumbering the mesh does not change it.
+        The choice. Moving, turning, scaling or renumbering the mesh does not change the setting.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -57,7 +57,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, found only if the calmest parts have it, too. Rounded coordinates come after the other steps, below.
+    # 1. Correlated noise, unless the coordinates are rounded: `setting_of_rounded` below needs the setting of steps 2 to 5.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if shared and shared.chosen.label != Setting():
         progress(1.0)
@@ -78,15 +78,15 @@ def _independent(
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. No noise: a model of planes, or a clean scan (see `Scan.clean`) without impulses and uneven noise.
+    # 3. No noise: a model of planes, or a clean scan (see `Scan.clean`) that has neither impulses nor uneven noise.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
-        # 4. Cross-validation. If there are outliers, settings that move only these are tried, too; they have no Taubin steps.
+        # 4. Cross-validation. With outliers, settings without Taubin steps that move only the outliers are tried, too.
         alone = calmed is not scan and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
-            # 5. In doubt the mesh stays as it is.
+            # 5. In doubt the mesh stays as it is, unless it has outliers.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label
     if repertoire.outliers is not None:

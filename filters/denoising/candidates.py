@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns a narrower repertoire: outer_iterations=0 removes `chains`, else any `filtering` removes `taubin` except 0."""
+        """Returns a repertoire with these values; outer_iterations=0 empties `chains`, other `filtering` limits `taubin` to 0."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -91,7 +91,7 @@ class Repertoire(NamedTuple):
         )
 
 
-#: The whole repertoire. Taubin steps reduce noise along the surface; normal filtering does not. Truncated kernels keep edges;
+#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Truncated kernels keep edges;
 #: more noise needs wider kernels. The Huber kernel over few neighbours suits figures such as statues.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, further families move only replaced outliers: the first to predicted places, the others by a chain from there.
+    With `alone`, further families move only replaced outliers: one to predicted places, and one for each chain from there on.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Estimates the noise of a mesh of (n, 3) vertices and (m, 3) triangles from the mesh alone, and detects clean meshes.
 
 Noise is independent between neighbouring vertices, the surface is not. In differences of fourth order a surface of moderate
-curvature nearly cancels out and noise remains. Residuals that correlate between neighbours belong to the surface.
+curvature nearly cancels out and noise remains. Differences that correlate between neighbours are taken for surface.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
 
     Independent noise keeps its standard deviation in the differences of `FourthOrder`. The level is the median of their absolute
     values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface: it is
-    not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and figures. Weak noise is overestimated
+    not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and statues. Weak noise is overestimated
     where most vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.
 
     Args:
@@ -103,8 +103,8 @@ class FourthOrder(NamedTuple):
     def correlation(self, heights: Floats, counted: Bools) -> float:
         """Returns how far the correlation of the (n,) residuals h between counted neighbours exceeds that of independent noise.
 
-        It is the mean of h_i h_j over the edges divided by the mean of h^2, minus the value of independent noise. That value, the
-        mean of (B B^T)_ij / (|B_i| |B_j|), is about -0.3. Sharp features raise the result, noise lowers it. 0 if all h are 0.
+        The correlation of h is the mean of h_i h_j over the edges divided by the mean of h^2; that of independent noise is the
+        mean of (B B^T)_ij / (|B_i| |B_j|), about -0.3. Sharp features raise the result, noise lowers it. 0 if all h are 0.
         """
         i, j = self.pairs[counted[self.pairs].all(axis=1)].T
         square = float((heights[counted] ** 2).mean()) if counted.any() else 0.0

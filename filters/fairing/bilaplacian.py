@@ -32,7 +32,7 @@ from .region import SurfaceOperator, evened_operator, surface_operator
 
 # Limits of the fourth root of the weight w, for a mesh of size 1: a weight outside them has the effect of 0 or of infinity.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
-# If the least feature weight is below `_EVEN` of the largest, systems of up to `_FACTORISED` unknowns are factorised.
+# If the least feature weight (0 on a free border) is below `_EVEN` of the largest, up to `_FACTORISED` unknowns are factorised.
 _EVEN, _FACTORISED = 0.05, 400_000
 # A root mean square error below this share of the diagonal of a component does not count.
 _ENOUGH = 1e-12
@@ -86,11 +86,11 @@ def bilaplacian_smoothing(
         detail_size: l, in mesh units, the wavelength that keeps half of its amplitude: w = (2 pi / l)^4. Larger is smoother.
         feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
             and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
-        border: "fixed": border vertices stay. "along": the same energy first smooths the border as a curve, then the interior
-            within it. "free": border vertices move with the interior, and stay near their old places.
+        border: "fixed": border vertices stay. "along": the border is smoothed first, as a curve, by the same energy; then it
+            stays while the interior is smoothed. "free": border vertices move with the interior, and stay near their old places.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        on_irregular: called if the energy makes spikes, because triangles are very uneven. Its argument is the number of vertices
-            in the components with spikes; these components are smoothed by connectivity alone, see `evened_operator`.
+        on_irregular: called if very uneven triangles make spikes or equations that cannot be solved. The components with spikes,
+            or else all, are then smoothed by connectivity alone, see `evened_operator`; the argument is their number of vertices.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
             vertices, up to 3 s may pass between two calls.
 
@@ -213,7 +213,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """Returns the least energy norm of moving a whole component by its diagonal: sqrt(sum of its data) times the diagonal."""
+    """Returns the least energy norm of moving a component by its diagonal: sqrt(sum of its `data`) times the diagonal."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, points)
     np.maximum.at(high, labels, points)

@@ -150,7 +150,7 @@ def triangulate_rim(
 
     (k, 3) `points` are the rim vertices in the order in which new faces traverse them. (k, 3) `opposite` are the third vertices
     of the mesh faces at the edges from i to i + 1, NaN where there is no face. Returns (k - 2, 3) indices of points; None if
-    every triangulation has degenerate triangles or `forbidden` diagonals.
+    no triangulation without degenerate triangles and `forbidden` diagonals is found.
     """
     n = len(points)
     centre = points.mean(axis=0)
@@ -217,8 +217,8 @@ def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
 def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
-    The `WINDOW` triangles that are the fewest edge crossings away form a polygon, since the dual graph of a triangulated polygon
-    is a tree. Its `minimal_triangulation` replaces them if it has the smaller (largest dihedral angle, area).
+    The `WINDOW` triangles with the fewest edge crossings from a triangle at the chord form a polygon, since the dual graph of a
+    triangulated polygon is a tree. Another triangulation of it is better if (largest dihedral angle, area) is smaller.
     """
     if chord not in rim.holder:
         return  # no longer an edge

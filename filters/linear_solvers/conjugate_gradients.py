@@ -34,8 +34,8 @@ STRENGTH = 0.08
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
 _LEAST_GAIN = 0.8
-#: The coarsest diagonal is raised by `_SHIFT` times itself, which is far below all eigenvalues but that of the constant vector;
-#: and by `_NOISE` times the finest diagonal restricted to this level, which is above the rounding errors of sums that cancel.
+#: The coarsest diagonal is raised by `_SHIFT` times itself: far below all eigenvalues but that of the constant vector. It is also
+#: raised by `_NOISE` times the finest diagonal, restricted to the coarsest level: above the rounding errors of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
 #: The largest number of runs in a level, and the smallest number of rows in a run, a range of rows that one thread sweeps alone.
 _RUNS, _SHORTEST_RUN = 64, 2048
@@ -80,7 +80,7 @@ def conjugate_gradients(
 
     Args:
         matrix: A, (n, n), with a positive diagonal.
-        right_side: b, (n, 3). A column of zeros adds no iterations; its solution is 0.
+        right_side: b, (n, 3). Without `start`, a column of zeros adds no iterations; its solution is 0.
         target: the norm at which the iterations end. A larger target ends them sooner.
         max_iterations: the largest number of iterations.
         start: (n, 3) a first guess; 0 if None.

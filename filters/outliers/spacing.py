@@ -10,8 +10,8 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. A median of up to
-#: 1.5 times that of the cloud is not sparse: borders, where all neighbours lie on one side, and random points may have it.
+#: In sparse parts the spacing around a point is `_SHARE` times the median spacing at `_AROUND` points nearby. A part is sparse if
+#: this median is over 1.5 times the spacing of the cloud: at borders, and in clouds of random points, it may be up to 1.5 times.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 # All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53
@@ -31,7 +31,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
         at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
-        FilterInputError: too few points, coordinates that are not finite.
+        FilterInputError: too few points, half of them coincide, or coordinates are not finite.
     """
     queries, _ = check_mesh(vertices, ())
     cloud, _ = check_mesh(points, ())

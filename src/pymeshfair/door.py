@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
-Attributes that MeshLab cannot hold stay outside MeshLab, and return to the elements that still exist. To find these elements,
-MeshLab holds the number of every vertex and face in a custom attribute. A filter that makes a new mesh loses the numbers.
+Attributes that MeshLab cannot hold stay outside MeshLab, and return to the elements that still exist. A custom attribute in
+MeshLab has the number of each vertex and face. A filter that makes a new mesh loses the numbers, and so the attributes outside.
 """
 
 import re
@@ -292,7 +292,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes that MeshLab did not hold, for elements with these numbers; a new element gets 0, or -1 as its polygon."""
+    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; a new element (-1) gets 0, or -1 as its polygon."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in in_meshlab:
@@ -302,7 +302,7 @@ def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
-    """The index of each element in the source file, composed of two numberings; None if all elements remain in their order."""
+    """The index of each element in the source file, by both numberings; None if `first` is None and `second` changes nothing."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)

@@ -90,7 +90,7 @@ class _Plugin(WorkerPlugin):
             self.station.pool.close()
 
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
-        """Ends all processes if a running task was released, because the batch ended early; dask calls this for all tasks."""
+        """Ends all processes if dask releases a running task: the batch has ended early. Dask calls this method for all tasks."""
         if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
             threading.Thread(target=self.station.pool.close, daemon=True).start()  # so that dask need not wait
 

@@ -126,8 +126,8 @@ class Edit:
     old element, and colours are a blend of the colours around. All corners of an added face get one texture coordinate, where the
     image has about the blended colour. Added elements are not selected, custom attributes are 0, normals follow from coordinates.
 
-    Side effects in MeshLab: added elements give a mesh with texture coordinates only at face corners also ones at vertices, and
-    turn a mesh of polygons without triangles into a triangle mesh; new face scalars make faces of a mesh without colours white.
+    Side effects in MeshLab: added elements turn a mesh of polygons without triangles into a triangle mesh. If only face corners
+    have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its faces white.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates

@@ -6,7 +6,7 @@ from ..errors import PymeshfairError, RunError
 
 
 class ContentsError(PymeshfairError, ValueError):
-    """A file breaks the rules of its format, or contradicts itself; the message gives the reason and the place."""
+    """A file breaks the rules of its format or cannot be read here, or a format cannot hold a mesh; the message says why."""
 
 
 class FileError(RunError):

@@ -167,7 +167,7 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the vertices of a mesh with the header of their source LAS file; compressed if the output is LAZ."""
+    """Writes the vertices of a mesh, with the header of their LAS file if they have one; compressed if the output is LAZ."""
     return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 

@@ -114,8 +114,8 @@ def _vectors(table: Table, names: tuple[str, ...]) -> Floats | None:
 def colors_of(table: Table) -> NDArray[np.uint8] | None:
     """Returns (n, 4) colours of an element as levels from 0 to 255; None without colours.
 
-    Integers of more than 8 bits with a value above 255 are levels in the range of their type; floats are shares of 1, or levels
-    if one is above 1.
+    A channel of integers of more than 8 bits with a value above 255 has levels up to the largest number of its type. A channel of
+    floats has shares of 1; if a value is above 1, it has levels up to 255.
     """
     channels = [table.numbers(name) for name in (*COLOR, ALPHA)]
     if any(c is None for c in channels[:3]):

@@ -51,7 +51,7 @@ class MeshState:
     mesh: MeshData
     #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and these: number of ``border_loops``;
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
-    #: ``noise`` along normals on `part_for_noise`, a standard deviation, None for a cloud; ``sharp_edge_length`` (mesh units)
+    #: ``noise``, its standard deviation along normals in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
     sharp: SharpEdges  # the sharp edges
 
@@ -102,7 +102,7 @@ def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 @dataclass(frozen=True)
 class Area:
-    """A part of a surface that is out of tolerance: faces connected by vertices."""
+    """A part of a surface that is out of tolerance: faces connected by vertices, or a point of a cloud."""
 
     mesh: str  # the mesh of this surface: "before" or "after"
     place: tuple[float, float, float]  # (x, y, z) of its point that is furthest from the other surface

@@ -162,5 +162,5 @@ def _shortest(single: float) -> float:
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """Returns the defaults that are the same on every mesh; without them some filters would take the values of their last use."""
+    """Returns the defaults that are no lengths and the same on every mesh; without them some filters repeat their last values."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}

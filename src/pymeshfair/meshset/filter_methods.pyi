@@ -3044,9 +3044,9 @@ class FilterMethods(metaclass=LateMethods):
         """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
         In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at
-        0 and orange above. Unsigned values have colours from dark violet to yellow. The limits enclose 98 % of the vertices.
-        Returns the limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared
-        by number.
+        0 and orange above. Unsigned values have colours from dark violet to yellow. The colours span 98 % of the vertices.
+        Returns their limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were
+        compared by number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a

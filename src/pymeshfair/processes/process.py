@@ -25,9 +25,9 @@ from ..operating_system import this_system
 from .environment import TRIM_THRESHOLD, program_of, worker_environment
 from .worker import END_OF_TALK, Answer, Order, serve
 
-#: the items from a process: ``("event", value)`` that a task reports; ``("talk", line)``, a line on its stderr; at the end of a
-#: task ``("answer", Answer)``, and ``("silent", None)`` after its last line on stderr; ``("end", None)`` when its stdout is
-#: closed, and when its stderr is closed
+#: the items from a process: ``("event", value)``, which a task reports; ``("talk", line)``, a line on stderr; at the end of a
+#: task ``("answer", Answer)``, and ``("silent", None)`` after the task's last line on stderr; ``("end", None)`` twice: when the
+#: stdout of the process is closed, and when its stderr is closed
 Items: TypeAlias = SimpleQueue[tuple[str, Any]]
 
 #: the greatest length of a line on stderr, in bytes
@@ -91,7 +91,7 @@ class Process:
             order: the work.
             take: called with each event, each line on stderr and each item of other threads; if it raises, the wait ends.
             items: the queue for items, to which other threads may also add.
-            pulse: called before each wait for an item; returns how many seconds it may last. If it raises, the wait ends.
+            pulse: called before each wait for an item; returns the most seconds to wait. If `pulse` raises, `do` ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
         if not self._readers:
@@ -231,7 +231,7 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
 class Pool:
     """Lends at most `most` processes, each started when it is needed; a context manager that ends all processes at its exit.
 
-    Several threads may use it. A process that ended, or was returned in the middle of an order, is not lent again.
+    Several threads may use a pool. A process that ended, is used up, or was returned during an order is not lent again.
     """
 
     def __init__(

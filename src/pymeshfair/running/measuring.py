@@ -1,6 +1,6 @@
 """Measures a mesh, and finds its self-intersecting faces.
 
-MeshLab finds these faces. It crashes on some meshes, so it runs in a separate process; the worker of a run already is one.
+MeshLab finds these faces, and crashes on some meshes. So it runs in a worker: that of the run, or else one for the search alone.
 """
 
 import tempfile

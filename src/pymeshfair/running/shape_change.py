@@ -219,7 +219,7 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
         return None, sharp
-    noise = scan.noise.deviation  # not `level`, a median: outliers count in full, because `relief_lost` compares energies
+    noise = scan.noise.deviation  # not `level`: outliers must count in full, as they do in the energies of `relief_lost`
     return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
 
 
@@ -233,7 +233,7 @@ def warnings_of(
             f"new surface was added without measurements, {growth:.0%} of the scanned area: look at it"
             if change.moved.same
             else f"the new surface has {growth:.0%} more area than the scan, and this part is unmeasured: look at it; if the "
-            "surface also lines the inside, it is a thin shell: fill_holes_smoothly and prepare_for_print close the openings"
+            "surface also covers the inner side, it is a thin shell: fill_holes_smoothly and prepare_for_print close the openings"
         )
     moved = None if change.turned is None else change.moved
     dimensions = moved and change.sides_without_noise is not None and _is_large(change.sides_without_noise)

@@ -106,8 +106,8 @@ def export_script(
     A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, guards (limits of a
     run) and the unit are left out, as MeshLab ignores them.
 
-    `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has a
-    mapping for each step: lengths in mesh units by Python parameter name, instead of the lengths computed from `mesh`.
+    `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has, for each
+    step, lengths in mesh units by Python parameter name; in MeshLab's own filters they replace the lengths computed from `mesh`.
 
     Raises:
         ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; names all such steps.

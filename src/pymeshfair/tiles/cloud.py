@@ -29,7 +29,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks all but the first point of each place or cell; `buckets` are of one file, each with its first row in `results`."""
+    """Marks all but the first point of each place or cell; `buckets` share a file; each has its first row in `results`."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -120,9 +120,9 @@ class Cloud:
         return divide(slices, count, folder, most=most)
 
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
-        """Stores the results of the tiles for the remaining points; returns the report of the filter.
+        """Stores probabilities or normals of the remaining points, if the step computed some; returns the report of the filter.
 
-        A step that selects points also writes the mask of the points that remain after it to `target`.
+        Every step but the normals writes to `target` the mask of the points that remain after the step.
         """
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
@@ -162,7 +162,7 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """Does a step with tiles of at most `most` points, or of `tile` bytes if None; returns cloud, filter's report and sizes."""
+    """Does a step with tiles of at most `most` points, or of `tile` bytes; returns cloud, filter's report and sizes."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:
