@@ -118,9 +118,9 @@ def _verdict(summary: Summary) -> Verdict:
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
-    """Returns the kinds of warnings, the most frequent first: one text, how many scans have the kind, and some of their names.
+    """Returns, for each kind of warning, one text, the number of scans with such a warning, and up to `_EXAMPLES` names.
 
-    Warnings that differ only in numbers are of one kind.
+    Warnings that differ only in numbers are of one kind. The most frequent kind comes first.
     """
     occurrences: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:

@@ -218,7 +218,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files, the output only if no limit is broken or with `Job.keep_broken`; return the report."""
+        """Stage the files and return the report; if a guard is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose(self._removed_contents(before.mesh, outcome.result))
