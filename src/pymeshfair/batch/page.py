@@ -111,7 +111,7 @@ def _verdict(summary: Summary) -> Verdict:
     }
     lines = [f"{counts[name]:,} {text}." for name, text in words.items() if counts[name]]
     outlying = sum(bool(far) for _, _, far in summary.rows)
-    lines += [f"{outlying:,} {'lies' if outlying == 1 else 'lie'} far from the others."] if outlying else []
+    lines += [f"Scans with numbers far from those of the others: {outlying:,}."] if outlying else []
     bad = counts["failed"] or counts["broken"]
     text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
     return Verdict("bad" if bad else "warn" if outlying or counts["left"] else "good", text, tuple(lines))

@@ -32,8 +32,8 @@ def traps(script: Script) -> Iterator[str]:
     """Warnings about steps that do something else than what was meant, one sentence each."""
     for index in deletes_result(script.steps):
         yield (
-            f"{_place(script, index)} deletes the result of the step before, which is the current layer today; "
-            "in MeshLab 2016 the step deleted the input; `pymeshfair upgrade` leaves it out"
+            f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "
+            "MeshLab 2016 deleted the input here; `pymeshfair upgrade` removes the step"
         )
     for index in works_on_leftover_selection(script.steps):
         yield (
