@@ -36,8 +36,8 @@ def apply_coord_bilaplacian_smoothing(
     """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
     C is the stiffness and M the mass of the surface; W is 1, or nearly 0 at features, where the surface may bend. Shapes shrink
-    far less than by implicit fairing at the same detail size. Returns w in 1 / (mesh unit)^4 (0 or infinite if w underflows or
-    overflows), the number of moved vertices and the largest displacement.
+    far less than by implicit fairing at the same detail size. Returns w in 1 / (mesh unit)^4 (infinite without smoothing, 0
+    or infinite if w under- or overflows), the number of moved vertices and the largest displacement.
 
     Args:
         weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02 smooths
@@ -46,8 +46,8 @@ def apply_coord_bilaplacian_smoothing(
             sharp; 'scalar': parts with a high vertex scalar.
         feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight; noise
             is filtered out beforehand. Larger keeps only sharper ridges.
-        feature_scalar: For 'scalar': the vertex scalar at which smoothing has half weight; the weight is
-            1 / (1 + (q / this)^2) at a scalar q. Larger keeps only parts with higher scalars.
+        feature_scalar: For 'scalar': the vertex scalar q0 at which smoothing has half weight; the weight is
+            1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise moving.no_amount("weight")
@@ -256,7 +256,7 @@ def meshing_bridge_rims_by_fairing(
     """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
     A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
-    Its inside is faired; the rest stays as it is. The new elements are selected. Parts in different layers must be
+    The band is faired inside; old vertices stay. The new elements are selected. Parts in different layers must be
     merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:

@@ -28,7 +28,7 @@ Selected: TypeAlias = Annotated[
     bool,
     Bool(
         label="Selected vertices only",
-        help="Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is selected, "
+        help="Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is selected, "
         "the vertices whose triangles are all selected change.",
     ),
 ]
@@ -45,7 +45,7 @@ _WAVES = "Waves of this length keep half their amplitude: smaller details vanish
 DETAIL_SIZE = Percentage(
     default="6edge",
     automatic=-1,
-    help=_WAVES + "'auto' takes the size with the least expected slope error. Not used if another parameter gives the amount.",
+    help=_WAVES + "'auto' takes the size with the least expected error. Another parameter for the amount replaces the size.",
 )
 SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 

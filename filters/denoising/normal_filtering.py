@@ -119,7 +119,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh lacks a face that names a vertex twice if one of its vertices is in no face of three distinct vertices.
+    # The normalised mesh lacks faces with a vertex that is in no face of three distinct vertices.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals
@@ -223,8 +223,8 @@ def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, e
     """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch that contains it.
 
     The patch of a face is the face and those that `patches` lists: all that share a vertex with it. A patch is uniform if H = D R
-    is small. D is the largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an inner edge,
-    divided by their sum over all inner edges: near 1 if one edge has the whole bend, small if many edges share it.
+    is small. D is the largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an edge between
+    faces of the patch, as a share of the sum over all such edges: near 1 if the patch bends at one edge, small if at many.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):

@@ -37,7 +37,7 @@ NONE_HELD = np.empty(0, dtype=np.int32)
 _LITTLE = 0.1
 # Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
 _REGIONS = 100
-# Meshes with more faces are sampled by many small patches. Ten large patches misled the choice: shapes differ between places.
+# Meshes with more faces are sampled by patches: many small ones, since shapes differ between places.
 _WHOLE = 20_000
 
 
@@ -73,8 +73,8 @@ class Scan:
         """Returns the scan of a mesh, and (k,) the vertex of the mesh for each vertex of the scan.
 
         A mesh of up to 20,000 faces is taken whole. A larger mesh is sampled by patches of complete face rings around seed faces.
-        A vertex in several patches appears once in each. The seeds are the faces with the smallest pseudo-random numbers, made
-        from perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
+        A vertex in several patches appears once in each. The seed faces have the smallest pseudo-random numbers, made from
+        perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
         Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
         of patches and the least number of faces in a patch, `attributes` the remaining fields of the scan.
@@ -118,7 +118,7 @@ class Scan:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
         It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
-        `noise_floor`, which is right if noise is equally strong everywhere. 0 for exact planes, and without inner vertices.
+        `noise_floor`, which is right if noise is equally strong everywhere and needs `scored` vertices. Exact planes have 0.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -172,9 +172,9 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at their `initial_positions`, with `by_means` always at means of neighbours:
+        fits the surface. Held-out vertices start at `initial_positions`; `by_means` takes means of neighbours for them, since
         positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
-        n . (y - f). This hardly shows flipped faces, so the share of flipped faces counts in addition, see `scores_of`. `labels`
+        n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
         and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)

@@ -40,9 +40,9 @@ def fit_vertices(
     """Returns (n, 3) the vertices after `iterations` steps towards faces with the given target normals.
 
     "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with
-    target normals n_j and centres c_j; w_j is 1 or the area of j. With `avoid_flips` they halve a step that turns a face away
-    from its target normal, and in the end leave it out; "conjugate_gradient" does not. Vertices that are `along_normal`, as on
-    borders, move along the mean target normal only. `overwrite` is an (m, 6) or wider array, whose memory is reused.
+    target normals n_j and centres c_j; w_j is 1 or the area of j. With `avoid_flips`, which "conjugate_gradient" ignores, a step
+    that turns a face away from its target normal is halved up to three times, then left out. Vertices that are `along_normal`, as
+    on borders, move along the mean target normal only. `overwrite` is an (m, 6) or wider array, whose memory is reused.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal

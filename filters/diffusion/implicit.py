@@ -83,9 +83,9 @@ def implicit_fairing(
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """Returns the surface p' after a diffusion time t, by stable steps that solve (M - t C) p' = M p [desbrun1999].
+    """Returns the surface after `iterations` diffusion steps of length t; each solves (M - t C) p' = M p [desbrun1999].
 
-    Modes with eigenvalue -k of L = M^-1 C are multiplied by 1 / (1 + t k). As t grows, a closed component shrinks to its
+    A step multiplies modes with eigenvalue -k of L = M^-1 C by 1 / (1 + t k). As t grows, a closed component shrinks to its
     M-weighted centroid, which stays, and a component with fixed vertices tends to a discrete minimal surface. Every t is stable.
 
     Args:
@@ -401,8 +401,8 @@ def dimensions_restored(
     """Undoes, along the normals, the part of a smoothing step's motion that neighbouring vertices share.
 
     A step moves convex parts inwards and concave parts outwards. There the loss h = (p - p') . n along the normals n of p' varies
-    slowly, while noise changes its sign from vertex to vertex. So the same smoothing S separates shape from noise: p'' = p' +
-    S(S(h)) n, done twice. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its
+    slowly, while noise changes its sign from vertex to vertex. So S, the smoothing of the step, separates shape from noise: p'' =
+    p' + S(S(h)) n, twice. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its
     radius back. If S leaves the share s of a wave on a plane, the share 1 - (1 - s) (1 - s^2)^2 remains.
 
     `smoothed` is S for (n, 1) values. A vertex stays if the step has not moved it and S leaves its loss at 0.

@@ -67,8 +67,8 @@ def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Float
     """The relative change of each side of the bounding box, without noise: sides(q) / sides(q - S(q - p)) - 1.
 
     p and q are the vertices before and after; S averages displacements over neighbourhoods. S keeps the common displacement of
-    neighbours, which changes the shape, and averages out the noise that was removed or added. So q - S(q - p) is the shape before
-    with the noise after, and noise enlarges both boxes equally.
+    neighbours, which changes the shape, and averages out the noise that was removed or added. So q - S(q - p) has the shape of p
+    and the noise of q, which enlarges both boxes equally.
 
     Returns:
         (3,) the changes along x, y and z; nan where the side was 0. -0.02 means 2 % shorter. If a filter removes independent
@@ -103,7 +103,7 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
-    """(m,) which faces look away from the mean normals of their vertices, weighted by area.
+    """(m,) which faces look away from the area-weighted mean normal of the faces at their vertices.
 
     If the faces are not coherently oriented, the faces with the minority orientation count as folded.
 

@@ -3,7 +3,7 @@
 A cloud that does not fit into memory is cut into cells, each with a bounding box. A tile is a range of cells. Its points have
 been compared with each other; this module compares them with the points of other cells. Neighbours are ordered as in
 `nearest_neighbours`: by squared distance, then by number. Rounding is monotonic. So the computed distance to a point in a box
-is never below that to the box, and never above that to the box's farthest corner. Hence no cell with a neighbour is left out.
+is at least the computed distance to the box, and at most the one to its farthest corner: no cell with a neighbour is left out.
 
 The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
@@ -68,8 +68,8 @@ def cells_within(
 ) -> tuple[Longs, Ints]:
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
-    `bounds` shrink in place: if a box has more than k points, at least k are not the point itself, none of them farther away than
-    the box's farthest corner. This shortens the list of a point that is far from all cells, and about equally far from each.
+    `bounds` shrink in place: a box with more than k points holds k neighbours of every point, none farther away than the farthest
+    corner of the box. This shortens the list of a point that is far from all cells, and about equally far from each.
 
     The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
 

@@ -37,8 +37,7 @@ def local_outlier_probability(
         \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
-    The result does not depend on the unit or the density of the cloud. A point is an outlier if it is farther
-    from its neighbours than they are from theirs, by more than usual in the cloud.
+    The result does not depend on the unit or the density of the cloud.
 
     Args:
         points: (n, 3) finite coordinates.

@@ -36,7 +36,7 @@ _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 _GUARD = 6
 _ROUNDS = 10_000  # the most bands
 _POLISHES = 3  # the most refinements of the modes of a band
-#: Columns of a Lanczos block, which are solved together. Eigenvalues of a higher multiplicity take a second search.
+#: Columns of a Lanczos block, which are solved together. An eigenvalue whose multiplicity exceeds this takes a second search.
 BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
@@ -62,8 +62,8 @@ def lowest_eigenpairs(
         problem: S, M and the components, n rows.
         count: the number of modes, from 0; all modes if there are fewer.
         constants: False leaves out the constant mode of every component; `count` then counts the others.
-        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. If triangles differ so much in
-            size that rounding exceeds this, 1e-6 kappa is accepted, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
+        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
+            triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
         progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
             is half a second at 100,000 vertices, and grows with the mesh.
 

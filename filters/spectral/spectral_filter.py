@@ -176,7 +176,7 @@ def _basis_fits(problem: SpectralProblem, count: int) -> bool:
 def _by_modes(
     problem: SpectralProblem, values: Floats, size: float, response: Response, tolerance: float, progress: Progress
 ) -> SpectralResult:
-    """F(infinity) v + V (F - F(infinity)) V^T M v for (n, 3) values v of mean 0, with all modes V where F is not F(infinity)."""
+    """F(inf) v + V (F - F(inf)) V^T M v for (n, 3) values v of mean 0; V has all modes with |F - F(inf)| >= `tolerance`."""
     last, most = response.last_frequency(tolerance), problem.n_waves
     count = min(math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10, most)  # by Weyl's law
     never_falling = rising(progress)
@@ -192,10 +192,10 @@ def _by_modes(
 def _brick_wall(
     problem: SpectralProblem, values: Floats, count: int, band_of: Callable[[float], Response] | None, progress: Progress
 ) -> SpectralResult:
-    """Keeps the `count` lowest modes of values with mean 0 on every component; or filters a band that ends with the last mode.
+    """Keeps the `count` lowest modes of values with mean 0 on every component, and drops the remainder (all shorter waves).
 
-    `band_of` makes the response of a band from its shortest wavelength. Modes within the band get its gain; longer waves, and the
-    remainder (all shorter waves), get the response at infinity. If `band_of` is None, the remainder is dropped.
+    With `band_of`, which makes the response of a band from its shortest wavelength, a band ends with the last of these modes. The
+    modes in the band are multiplied by the gain of the band, longer waves and the remainder by the response at infinity.
     """
     omega, shapes = _modes(problem, min(count, problem.n_waves), progress)
     size = 2.0 * math.pi / float(omega[-1]) if omega.any() else math.inf
@@ -203,7 +203,7 @@ def _brick_wall(
     if band_of is not None and size < math.inf:
         band = band_of(size)
         at_infinity = band.infinity
-        # The response is a constant, `infinity`, plus weighted low passes; the last low pass has the shortest wavelength.
+        # Below `cutoffs[0]` the two weighted low passes of a band cancel out; in the band only the last one is left.
         factors = np.where(omega >= band.cutoffs[0], at_infinity + band.weights[-1], at_infinity)
     after, _ = _combined(problem, values, shapes, factors, at_infinity)
     return SpectralResult(after, "eigenvectors", 0.0, size, len(omega))

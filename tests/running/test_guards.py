@@ -224,7 +224,7 @@ def test_new_meshes_are_measured_from_the_surface(tmp_path: Path) -> None:
     source.write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
     poisson = recipe_of(("generate_surface_reconstruction_screened_poisson", {"depth": 5}))
     result = run_job(job(tmp_path, poisson, source, map=tmp_path / "map.ply"))
-    assert any("its elements cannot be followed" in warning for warning in result.warnings)
+    assert any("from the input are measured, not displacements" in warning for warning in result.warnings)
     shown = Read(tmp_path / "map.ply")
     assert (shown.face_scalars == 2.0).all()
     assert shown.vertex_scalars.max() < 0.2

@@ -111,16 +111,16 @@ def _verdict(summary: Summary) -> Verdict:
     }
     lines = [f"{counts[name]:,} {text}." for name, text in words.items() if counts[name]]
     outlying = sum(bool(far) for _, _, far in summary.rows)
-    lines += [f"{outlying:,} {'lies' if outlying == 1 else 'lie'} far from the others."] if outlying else []
+    lines += [f"Scans with numbers far from those of the others: {outlying:,}."] if outlying else []
     bad = counts["failed"] or counts["broken"]
     text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
     return Verdict("bad" if bad else "warn" if outlying or counts["left"] else "good", text, tuple(lines))
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
-    """Returns the kinds of warnings, the most frequent first: one text, how many scans have the kind, and some of their names.
+    """Returns, for each kind of warning, one text, the number of scans with such a warning, and up to `_EXAMPLES` names.
 
-    Warnings that differ only in numbers are of one kind.
+    Warnings that differ only in numbers are of one kind. The most frequent kind comes first.
     """
     occurrences: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:

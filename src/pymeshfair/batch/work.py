@@ -39,7 +39,7 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-#: seconds to wait while another run writes the same output: a lost worker may still be removing its files
+#: seconds for which a run is tried again if its output is busy: a lost worker may still be removing files there
 _PATIENCE = 20.0
 #: seconds between checks of the workers
 _PULSE = 1.0
@@ -60,7 +60,7 @@ class Station:
     pool: Pool  # lends processes, see `pool_of`; each gets an equal share of processors and memory
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
-        """Queues a task. With a scheduler, the future raises an error if the workers of the task were lost."""
+        """Queues a task."""
         return self.pool.call(self.do, kind, scan)
 
     def end(self) -> None:
@@ -68,11 +68,11 @@ class Station:
         self.pool.close()
 
     def check(self) -> str | None:
-        """Returns None. For a scheduler, `DaskWorkers.check` may return a message for the user or raise `LostSchedulerError`."""
+        """Returns None: only the workers of a scheduler can be lost, see `DaskWorkers.check`."""
         return None
 
     def do(self, kind: Kind, scan: Scan) -> Any:
-        """Does a task in this thread; returns the `Outcome`, or why there is no page (empty if it was drawn)."""
+        """Does a task in this thread. "clean" returns the `Outcome`, "draw" why there is no page, or "" if there is one."""
         usable = this_system().usable_memory()
         share = None if usable is None else usable // self.pool.most
         if kind == "clean":
@@ -206,9 +206,9 @@ class BatchRun:
 
 
 def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
-    """Returns, by scan number, the outcomes of scans whose output is from the same input, recipe, limits and versions as now.
+    """Returns, by scan number, the outcomes of scans whose output is from the same input, recipe, guards and versions as now.
 
-    `journal` has the last outcome of each output, with details that the provenance lacks.
+    An output that breaks a guard counts only with `Job.keep_broken`. `journal` adds details that the provenance lacks.
     """
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
@@ -317,7 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses to replace files about a batch, unless asked to or a readable journal shows that a former batch wrote them."""
+        """Refuses to replace files about a batch, unless `overwrite` is set, or the journal there is empty or has an outcome."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):

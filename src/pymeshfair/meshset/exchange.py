@@ -101,7 +101,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
 
 
 def _attribute_name(name: str) -> str:
-    """Returns a name that MeshLab's expressions accept; they fail on a mesh with any attribute whose name they do not accept."""
+    """Returns a name that MeshLab's expressions accept: an attribute with any other name makes all of them fail."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
 

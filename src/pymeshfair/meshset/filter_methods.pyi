@@ -145,7 +145,7 @@ class FilterMethods(metaclass=LateMethods):
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
             iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -429,25 +429,25 @@ class FilterMethods(metaclass=LateMethods):
         """Smooths by balancing the bending of the surface against the displacement of vertices: (C M^-1 W C + w M) p' = w M p.
 
         C is the stiffness and M the mass of the surface; W is 1, or nearly 0 at features, where the surface may bend. Shapes
-        shrink far less than by implicit fairing at the same detail size. Returns w in 1 / (mesh unit)^4 (0 or infinite if w
-        underflows or overflows), the number of moved vertices and the largest displacement.
+        shrink far less than by implicit fairing at the same detail size. Returns w in 1 / (mesh unit)^4 (infinite without
+        smoothing, 0 or infinite if w under- or overflows), the number of moved vertices and the largest displacement.
 
         Args:
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
-                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
-                least 0.0, or 'auto'.
+                smoother. 'auto' takes the size with the least expected error. Another parameter for the amount replaces the
+                size. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
+                0.0, or 'auto'.
             weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
                 stay sharp; 'scalar': parts with a high vertex scalar.
             feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight;
                 noise is filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar': the vertex scalar at which smoothing has half weight; the weight is 1 / (1 + (q /
-                this)^2) at a scalar q. Larger keeps only parts with higher scalars. Takes a number from 1e-30 to 1e+30.
+            feature_scalar: For 'scalar': the vertex scalar q0 at which smoothing has half weight; the weight is 1 / (1 + (q /
+                q0)^2) at a scalar q. Larger keeps only parts with higher scalars. Takes a number from 1e-30 to 1e+30.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -494,7 +494,7 @@ class FilterMethods(metaclass=LateMethods):
                 to 10000.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -537,7 +537,7 @@ class FilterMethods(metaclass=LateMethods):
                 Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
                 or 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'free' move like any other vertex.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -591,7 +591,7 @@ class FilterMethods(metaclass=LateMethods):
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
                 quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours. Takes a whole number from 1 to 2.
             use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -713,7 +713,7 @@ class FilterMethods(metaclass=LateMethods):
             iterations: The number of steps. More steps smooth more; with a detail size they only sharpen the cutoff. Takes a
                 whole number from 1 to 100000.
             border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -778,7 +778,7 @@ class FilterMethods(metaclass=LateMethods):
                 the vertex if the gap is smaller. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -870,7 +870,7 @@ class FilterMethods(metaclass=LateMethods):
                 vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -958,9 +958,9 @@ class FilterMethods(metaclass=LateMethods):
                 slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time
                 step.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
-                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
-                least 0.0, or 'auto'.
+                smoother. 'auto' takes the size with the least expected error. Another parameter for the amount replaces the
+                size. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
+                0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
@@ -973,7 +973,7 @@ class FilterMethods(metaclass=LateMethods):
                 the shape keeps its size, on open surfaces too. Not for point clouds.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1130,7 +1130,7 @@ class FilterMethods(metaclass=LateMethods):
                 replaces an 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
                 stays; 'free' move like any other vertex.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1256,9 +1256,9 @@ class FilterMethods(metaclass=LateMethods):
                 to the largest size by the gain, and keeps all others; the detail size should exceed the size of the noise.
                 'band_pass' keeps only this band, for inspection.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected slope error. Not used if another parameter gives the
-                amount. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at
-                least 0.0, or 'auto'.
+                smoother. 'auto' takes the size with the least expected error. Another parameter for the amount replaces the
+                size. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
+                0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
@@ -1273,7 +1273,7 @@ class FilterMethods(metaclass=LateMethods):
                 computes modes only if their number is given and memory allows. The result names the method.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1298,7 +1298,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
                 Larger removes only thinner spikes; below 1 the corners of boxes count as spikes. Takes a number of at least 0.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1334,7 +1334,7 @@ class FilterMethods(metaclass=LateMethods):
                 least 0.0.
             flip_edges: Before each step, flip edges where this improves the two adjacent triangles: for range maps and other
                 grids. Not on textured meshes.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1375,7 +1375,7 @@ class FilterMethods(metaclass=LateMethods):
                 error. Takes a whole number from 0 to 100000, or 'auto'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -1670,7 +1670,7 @@ class FilterMethods(metaclass=LateMethods):
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
                 vertex. Larger is smoother per iteration. Takes a number from 0 to 1.
             iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
-            selected: Only the selected vertices change; the others stay, but their neighbours still use them. If no vertex is
+            selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
         Returns:
@@ -5754,7 +5754,7 @@ class FilterMethods(metaclass=LateMethods):
         """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
         A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different
-        parts. Its inside is faired; the rest stays as it is. The new elements are selected. Parts in different layers must be
+        parts. The band is faired inside; old vertices stay. The new elements are selected. Parts in different layers must be
         merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
         Args:

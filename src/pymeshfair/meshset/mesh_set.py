@@ -86,8 +86,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_step(self, step: Step) -> dict[str, Any]:
         """Applies a step of a script to the current mesh, and does not add it to the filter script.
 
-        Ids of layers in the step do not count the layers that pymeshfair made and removed before, so that a script has the same
-        meaning at any time.
+        Layer ids in the step count without the gaps that helper layers leave, so that a script has the same meaning at any time.
 
         Raises:
             pymeshlab.PyMeshLabException: as in `apply_filter`.

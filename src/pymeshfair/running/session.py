@@ -218,7 +218,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files, the output only if no limit is broken or with `Job.keep_broken`; return the report."""
+        """Stage the files and return the report; if a guard is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose(self._removed_contents(before.mesh, outcome.result))
@@ -231,7 +231,7 @@ class Session:
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
-            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are measured from the input")
+            self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
         if job.map is not None:

@@ -45,8 +45,8 @@ def trials(
     """Try scripts on a sample of a scan.
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
-    starts at the position that its neighbours predict. The error of a script is the distance of its result from the measured
-    vertices, along the normals; motion within the surface does not count.
+    starts at the position that its neighbours predict. The error of a script is the distance of its result from the scan
+    along the normals, at these vertices. On a clean scan no vertex is held out, and the error is taken at all `Scan.scored`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -63,7 +63,7 @@ def trials(
     sets = [scored] if clean else held_out_vertices(scan.points, scan.faces, scored=scan.scored, masks=tuned.MASKS)
     if not any(map(len, sets)):
         return {}
-    # Automatic sizes are chosen on the measured vertices, and used again when vertices are held out.
+    # Automatic sizes are chosen on the scan itself, before vertices are held out, and then kept.
     results, explicit = dict[str, Floats](), dict[str, Script]()
     for name, points, script in _results(scan.points, scan.faces, scripts, timeout):
         results[name], explicit[name] = points, script

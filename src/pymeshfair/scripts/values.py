@@ -16,7 +16,7 @@ from ..errors import ParameterError
 from .script import shortened
 
 Attributes = Mapping[str, str]
-Complaint = tuple[str, "str | None"]  # the mistake, and the text to write instead, if one is likely
+Complaint = tuple[str, "str | None"]  # the mistake, and the text that was probably meant, or None
 
 #: by type of parameter: the attributes that hold the numbers of a value; for all other types ``value``
 _ATTRIBUTES: Mapping[str, Sequence[str]] = {
@@ -41,7 +41,7 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichOpenFile": {"exts_cardinality": True},
 }
 OLD_TYPES = frozenset({"RichPoint3f"})  # former names of types
-_MOST_CHOICES = 1000  # a limit, because MeshLab allocates the number of words that a script declares
+_MOST_CHOICES = 1000  # a limit, because MeshLab allocates memory for as many words as a script declares
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

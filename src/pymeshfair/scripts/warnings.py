@@ -10,7 +10,7 @@ from .guards import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
-#: a length is out of proportion above this part of the diagonal and this multiple of its default, or below this small part
+#: a length is out of proportion above this share of the diagonal and multiple of its default, or below this share of the diagonal
 _LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
 _NEW_LAYER = ("create_", "generate_")
 _MANY_LAYERS = "generate_splitting_by_connected_components"  # makes one layer for each component of the mesh
@@ -32,8 +32,8 @@ def traps(script: Script) -> Iterator[str]:
     """Warnings about steps that do something else than what was meant, one sentence each."""
     for index in deletes_result(script.steps):
         yield (
-            f"{_place(script, index)} deletes the result of the step before, which is the current layer today; "
-            "in MeshLab 2016 the step deleted the input; `pymeshfair upgrade` leaves it out"
+            f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "
+            "MeshLab 2016 deleted the input here; `pymeshfair upgrade` removes the step"
         )
     for index in works_on_leftover_selection(script.steps):
         yield (

@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns a part with about `count` vertices: those nearest to the vertex with the largest z near the median x and y."""
+    """Returns a part with about `count` vertices: those nearest to the highest vertex (in z) that is near the median x and y."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))

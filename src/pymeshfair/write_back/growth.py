@@ -1,9 +1,9 @@
 """Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters, since no single filter does it.
 
-Subdivision makes vertices and faces, and merging coincident vertices connects faces to any vertices. So one face, the seed, is
-cut out and subdivided until it has enough faces; these are cut apart. Each vertex moves to (i, 0, 0), where i is the index of
-the vertex that it becomes, and coincident vertices are merged into the first of them. Surplus vertices move to vertex 0, where
-their faces vanish. The mesh keeps its id, the order of its elements and all attributes that `grow` does not name.
+Subdivision makes vertices and faces; merging coincident vertices joins the corners of faces. So one face, the seed, is cut out
+and subdivided into enough faces, and these faces are cut apart. Each vertex that is to become vertex i moves to (i, 0, 0), and
+coincident vertices are merged into the one of lowest index. Surplus vertices move to vertex 0, where their faces vanish.
+The mesh keeps its id, the order of its elements and all attributes that `grow` does not name.
 """
 
 from typing import Any
@@ -35,9 +35,9 @@ def check_growable(mesh: Any) -> None:
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
     """Adds vertices and faces to the current layer, which has no transformation matrix and has passed `check_growable`.
 
-    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
-    change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible seeds, at least one face.
-    Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
+    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets positions and selection. Texture
+    coordinates of the seed change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible
+    seeds, at least one face. Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
@@ -55,7 +55,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # Vertices made by subdivision precede those made by cutting, so they survive the merging, in order.
+    # Merging keeps the vertex of lowest index: one made by subdivision, because the vertices made by cutting come later.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Undoes a complete or partial `grow`, except what `grow` leaves to its caller; `vertices` and `faces` are the old ones."""
+    """Restores the number of vertices and the faces after a complete or partial `grow`; takes the old `vertices` and `faces`."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -88,7 +88,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
-    # No edge has length 0 now: the two lengths are equal only without polygons. A list of polygons would take far more memory.
+    # No edge has length 0 now, so these total lengths are equal only without polygons. A list of polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
@@ -113,7 +113,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Up to six vertices are corners of the seed before or after its subdivision; of the others one in three can be used.
+        # Not used: up to six corners (of the seed before and after subdivision), and of the rest two in three, see `divided`.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
