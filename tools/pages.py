@@ -264,11 +264,11 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
     for old, cases in former.turns.items():
         said = []
         for value, new in cases.items():
-            sets = ", ".join(f"`{name}={'VALUE' if text == '*' else text}`" for name, text in new.items()) or "nothing"
+            sets = ", ".join(f"`{name}={text.replace('*', 'VALUE')}`" for name, text in new.items()) or "nothing"
             said.append(sets if value == "*" else f"{value}: {sets}")
         rows.append((old, "; ".join(said)))
     rows += [(old, f"gone: {change}") for old, change in former.loses.items()]
-    rows += [(old, "gone" if same is None else f"gone; today as with {same}") for old, same in former.drops.items()]
+    rows += [(old, "gone" if same is None else f"gone; today as with {same or 'no name'}") for old, same in former.drops.items()]
     return rows
 
 
