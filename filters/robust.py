@@ -52,7 +52,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     """Returns the cost rho of deviations: even, 0 at 0, non-decreasing with |x|.
 
     Args:
-        name: the kernel; docs/robust.md has the formulas.
+        name: the kernel; `_rho` has the formulas.
         x: deviations, any shape and sign, in the unit of sigma.
         sigma: the scale, above 0. Larger tolerates larger deviations; "l2" and "l1" do not depend on it.
 

@@ -134,7 +134,7 @@ TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step that inflates the surface again, below -lambda. Nearer to -lambda smooths more; not used when a "
+    help="The step that inflates the surface again, below -step. Nearer to -step smooths more; not used when a "
     "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
@@ -170,7 +170,7 @@ def apply_coord_taubin_fairing(
             moves vertices only along the normal.
         step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
-            Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / lambda).
+            Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / step).
         iterations: The number of step pairs. More pairs smooth more. 'auto' takes the number with the least expected slope error.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)

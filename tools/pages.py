@@ -145,9 +145,9 @@ def documents_page() -> str:
     parts = [
         "# JSON documents\n",
         "With `--json` every command prints one document on stdout, and messages on stderr. If it fails, the document has the "
-        "key `error`. Paths are as they were typed unless said otherwise; unknown numbers are null. The schemas are in "
-        "[documents.json](../src/pymeshfair/commands/documents.json) (JSON Schema 2020-12), and the tests hold every document to "
-        "them. Written by `python tools/generate.py pages` from there. [Exit codes](command_line.md#exit-codes).\n",
+        "key `error`. Paths are as they were typed, but absolute of `batch` and of what `run` writes; unknown numbers are null. "
+        "The schemas are in [documents.json](../src/pymeshfair/commands/documents.json) (JSON Schema 2020-12); tests hold every "
+        "document to them. Written by `python tools/generate.py pages` from there. [Exit codes](command_line.md#exit-codes).\n",
     ]
     for name, schema in schemas["commands"].items():
         parts += [f"## {name}\n", f"{schema['description']}\n", *_keys(schema), ""]
@@ -264,11 +264,11 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
     for old, cases in former.turns.items():
         said = []
         for value, new in cases.items():
-            sets = ", ".join(f"`{name}={'VALUE' if text == '*' else text}`" for name, text in new.items()) or "nothing"
+            sets = ", ".join(f"`{name}={text.replace('*', 'VALUE')}`" for name, text in new.items()) or "nothing"
             said.append(sets if value == "*" else f"{value}: {sets}")
         rows.append((old, "; ".join(said)))
     rows += [(old, f"gone: {change}") for old, change in former.loses.items()]
-    rows += [(old, "gone" if same is None else f"gone; today as with {same}") for old, same in former.drops.items()]
+    rows += [(old, "gone" if same is None else f"gone; today as with {same or 'no name'}") for old, same in former.drops.items()]
     return rows
 
 

@@ -22,7 +22,7 @@ figures are in `benchmarks/all.json`.
 Ratios are the time of the peer over ours by the clock, medians of rounds taken in turn in one process; **in bold** where the
 peer is faster. In brackets the ratio of processor time: where it is the smaller one, we use more cores. Times are of calls on
 arrays in memory: ours from vertices and faces to the result, with everything built for it; the peer's from a mesh that it has
-loaded already. Calls of less than 20 ms follow one of the same that does not count. "Scan" is the order in which subdivision
+loaded already. A call of less than 20 ms follows one that does not count. "Scan" is the order in which subdivision
 leaves a mesh, and for points row by row; in "random" order neighbours lie anywhere.
 
 ![Seconds against vertices](pictures/performance.svg)
