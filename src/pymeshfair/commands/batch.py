@@ -195,7 +195,8 @@ def _show_rows(summary: Summary, task: Task) -> None:
     for path in task.written:
         typer.echo(f"  {path}")
     if counts["left"]:
-        typer.echo("The same command with --resume cleans those that are left.")
+        whole = " and without --sample" if task.sample else ""
+        typer.echo(f"The same command with --resume{whole} cleans those that are left.")
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:

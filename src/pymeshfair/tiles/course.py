@@ -106,7 +106,7 @@ def can_be_cut(job: Job) -> bool:
         check(job)
     except (ScriptError, ParameterError, RunError):
         return False
-    return not (job.keep_all or job.keep_broken)
+    return not job.keep_broken
 
 
 @dataclass
@@ -219,9 +219,9 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
     is_cloud = plan[0].is_on_cloud
     formats = CLOUD_FORMATS if is_cloud else ("ply",)
-    if job.all_guards or job.map is not None or job.others:
+    if job.all_guards or job.map is not None or job.others or job.keep_all:
         raise ParameterError(
-            "limits of the result, an intervention map and further layers need the whole mesh; leave them out, or drop --tiles"
+            "limits, an intervention map, further layers and --keep-all need the whole mesh; leave them out, or drop --tiles"
         )
     check_input(job.input, (*formats, "e57") if is_cloud else formats)
     try:
