@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch becomes as dense as its rim everywhere if at most about this many vertices suffice.
 MOST_VERTICES = 60_000
-#: In larger patches only a band of `_LEAST_WIDTH` or more edges at the rim is so dense; beyond, edges grow by `SLOPE` x distance.
+#: In a larger patch only a band at the rim, at least `_LEAST_WIDTH` edges wide, is as dense as the rim; see `growing`.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 
