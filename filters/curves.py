@@ -26,7 +26,7 @@ CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, so that open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-# Limits of the detail size on a mesh of size 1: smaller sizes smooth nothing, larger ones everything. Their squares are finite.
+# Limits of the detail size on a mesh of size 1: smaller sizes smooth nothing, larger sizes everything.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 

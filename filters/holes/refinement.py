@@ -14,8 +14,8 @@ from .triangulation import VertexPairs, is_pair
 
 #: A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length [liepa2003].
 DENSITY = np.sqrt(2.0)
-# An edge between two rim vertices is not split if the height of an adjacent triangle is below this share of the target edge
-# length: in a crack a new vertex has no room to move.
+# An edge between two rim vertices, unless forbidden, is not split if the height of an adjacent triangle is below this share of
+# the target edge length: in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
 # The largest number of vertices in a patch; a patch that is refined with `uniform_width` has far fewer.

@@ -22,7 +22,7 @@ _HUB = 10.0
 
 
 def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
-    """Returns an elimination order of the vertices and its groups: parts not cut further, and separators, the last for hubs.
+    """Returns an elimination order of the vertices, and its groups: uncut parts and separators. Hubs form the last separator.
 
     Vertices are sorted into levels by their distance in edges from one end of the graph. The separator is the set of vertices of
     a middle level that touch the next level. It comes last in the order; the two sides come first, each ordered in the same way

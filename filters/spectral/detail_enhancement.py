@@ -27,7 +27,7 @@ _TOLERANCE = 1e-12
 OCTAVES = 4.0
 #: The shortest possible wavelength of relief, in mean edges: triangles do not show shorter waves.
 SHORTEST = 5.0
-#: A band counts as signal if its energy is at least this many times the noise energy: at most a quarter of it is noise.
+#: A band of the spectrum counts as signal if its energy is at least this many times the noise energy.
 SIGNAL = 4.0
 # The noise is measured between these wavelengths, in mean edges; regular triangles have no shorter waves.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0

@@ -92,7 +92,7 @@ def _separator(data: bytes) -> str:
 
 
 def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
-    """Returns the line of titles, which may be a comment; the attributes that it names; and the number of the next line."""
+    """Returns the line of titles, which may be a comment; the attributes in it; and the number of the first row."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
     names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
