@@ -65,7 +65,7 @@ class MeshData:
         face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
             ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) one number
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
-        keeps_normals: whether files of a mesh with faces get vertex normals; after a move of vertices these are computed anew.
+        keeps_normals: whether files of a mesh with faces get vertex normals, which are computed anew after a move of vertices.
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
@@ -133,7 +133,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Returns the mesh with its matrix applied to coordinates and vertex normals, and without stored face normals."""
+        """Returns the mesh with its matrix applied to coordinates and vertex normals; a matrix drops stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
