@@ -26,7 +26,7 @@ CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, so that open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
-# Limits of the detail size on a mesh of size 1: smaller sizes smooth nothing, larger ones everything. Their squares are finite.
+# Limits of the detail size on a mesh of size 1: smaller sizes smooth nothing, larger sizes everything.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -62,8 +62,8 @@ def curve_smoothing(
         edges: (e, 2) pairs of vertices, in any order and direction.
         method: the kind of step, see above. "implicit" smooths strongly in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
-            straight line, however uneven their distances; without a detail size it hardly separates vertices that are very near
-            each other. Its weights are updated in each step, but with "implicit" they come from the input.
+            straight line, however uneven their distances; without a detail size, vertices that are very near each other stay
+            so. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
@@ -155,7 +155,7 @@ def implicit_curve_steps(
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
     to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents t C p sum to 0.
-    So the current that reaches the vertex eliminated last is minus the sum of the currents that all others lead to the ground.
+    Then the current that reaches the vertex eliminated last is minus the sum of the currents from the others to the ground.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)
@@ -188,10 +188,10 @@ def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools
 
 @compiled
 def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Floats) -> None:
-    """Eliminates the vertices in `Chains.order`, but the first vertex of a ring after the others; fills the rows of `shares`.
+    """Eliminates the vertices of each chain in their order, but the first vertex of a ring last; fills the rows of `shares`.
 
-    For each vertex the first three rows have the shares of its current that go to the next vertex, to the first vertex of the
-    ring and to the ground. The fourth row has its resistance, 1 over the sum of its conductances.
+    A column belongs to a vertex. Its first three rows have the shares of the vertex's current that go to the next vertex, to the
+    first vertex of the ring and to the ground. The fourth row is 1 over the sum of the vertex's conductances, its resistance.
     """
     order, starts, closed, _ = chains
     to_next, to_first, to_ground, resistance = shares[0], shares[1], shares[2], shares[3]
@@ -222,7 +222,7 @@ def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Fl
 
 @compiled
 def _ground(network: CompressedRows, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
-    """Returns the conductance from a vertex to the ground; a fixed vertex counts as ground."""
+    """Returns the conductance from vertex `order[k]` to the ground; its neighbours outside the chain count as ground."""
     offsets, columns, weights = network
     i = order[k]
     before = order[k - 1] if k > start else (order[stop - 1] if ring else -1)
@@ -259,7 +259,7 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
             for e in range(offsets[i], offsets[i + 1]):
                 for d in range(3):
                     moved[i, d] += weights[e] * (points[columns[e], d] - points[i, d])
-        # The root comes last: the first vertex of a ring, the last vertex of a chain with ends.
+        # The root is the vertex that is eliminated last: the first vertex of a ring, the last vertex of an open chain.
         root = start if closed[c] else stop - 1
         begin, end = (start + 1, stop) if closed[c] else (start, stop - 1)
         first, last = order[start], order[root]

@@ -21,7 +21,7 @@ Progress = Callable[[float], None]
 SERIAL_BELOW = 20_000
 #: The number of parts per thread in a loop over a large mesh: with many parts no thread waits long for another.
 _PARTS = 8
-#: The least size of a part, as a share of `SERIAL_BELOW`. Smaller parts gain little: callers often run in several threads.
+#: The least size of a part, as a share of `SERIAL_BELOW`. Smaller parts gain little where callers use several threads.
 _LEAST_PART = 0.625
 T = TypeVar("T")
 #: Seconds between two progress reports during a long task, so that the caller can stop the work.
@@ -115,7 +115,7 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
 
 @cache
 def _pool_of(process: int) -> ThreadPoolExecutor:
-    """Returns the one pool for all loops of a process; a forked process needs a new one, since a fork has no threads."""
+    """Returns the one pool for all loops of a process; a forked process needs its own, as threads are not forked."""
     return ThreadPoolExecutor(os.cpu_count())
 
 

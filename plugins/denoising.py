@@ -24,7 +24,7 @@ from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertic
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
-    "and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round values at once."
+    "and takes one of the settings with the least estimated error. 'fixed': takes all-round values without trials."
 )
 SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `Enum()` would list 'constant' last
 ITERATIONS = Int(minimum=0, maximum=10_000, help="The number of steps. More steps smooth more, take longer, and shrink more.")
@@ -221,13 +221,13 @@ def _completed(
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
-    # The trials use neither a given rounding nor given normal iterations: twenty iterations would take twenty times as long.
+    # Trials ignore the given rounding, and the given normal iterations: twenty iterations would take twenty times as long.
     not_tried = ("normal_iterations", "rounding")
     tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
     made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
-        # If no normal filtering is chosen, the given parameters are completed by the default number of rounds instead of 0.
+        # The choice has 0 rounds: it does not filter normals. With given parameters the default number of rounds replaces the 0.
         del chosen["outer_iterations"]
     return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
@@ -291,8 +291,8 @@ class Kernels:
             at all; the others keep them.
         space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally, 'l1'
             favours the nearest.
-        range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise, and
-            flattens larger features. 'auto' estimates it from the mesh.
+        range_sigma: Differences in height below this value count as noise, above it as features. A larger value removes stronger
+            noise, and flattens larger features. 'auto' estimates the value from the mesh.
     """
 
     range_kernel: Annotated[KernelName, Enum()] = "gaussian"
@@ -369,8 +369,8 @@ def apply_coord_bilateral_projection_of_points(
 ) -> Edit:
     """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar heights.
 
-    Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns the
-    choice and the trials, with errors in mean distances between points; a cloud without noise stays as it is.
+    Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations a cloud
+    without noise stays as it is, and the choice and the trials are returned, with errors in mean distances between points.
 
     Args:
         neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges.

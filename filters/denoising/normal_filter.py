@@ -96,7 +96,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether renumbering faces changes no bit of the result; it changes ties of 'guided' and sums of 'vertex_normals'."""
+        """Whether renumbering faces changes no bit of a result; it changes ties of 'guided' and sums of 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -325,7 +325,7 @@ def _follow_trend(
         ridge = _RIDGE * (second[0, 0] + second[1, 1] + second[2, 2])
         for u in range(3):
             second[u, u] += ridge
-        # The effective number of neighbours: the mean of this many normals with equal weights has the same variance.
+        # The effective number of neighbours: the weighted mean has the variance of a mean of this many normals.
         number = total * total / squares if squares > 0.0 else 0.0
         if not (number > _COEFFICIENTS and ridge > 0.0):
             continue

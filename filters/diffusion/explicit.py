@@ -18,7 +18,7 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring; the next finds smaller ones.
+# The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
 _SPIKE_PASSES = 10
 #: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
 #: vertices. It returns the new points and the array that the next iteration may overwrite.
@@ -50,16 +50,16 @@ def explicit_smoothing(
             every step; the weights of "robust" once, for the input.
         step: larger is smoother. For "uniform", "inverse_length" and "cotangent" the share of the way to the neighbours' mean,
             above 0 and at most 1. For the other operators a time in squared mesh units, stable up to 2 / rho with rho the largest
-            eigenvalue of -L. The check uses an upper bound of rho: Gershgorin's; for "laplace_beltrami" the smaller of that bound
-            and the largest eigenvalue of a single triangle [irons1971], which is exact on equilateral triangles.
+            eigenvalue of -L. The check replaces rho by Gershgorin's upper bound; for "laplace_beltrami" by the largest
+            eigenvalue of a single triangle [irons1971] if that is smaller than Gershgorin's bound.
         iterations: number of steps. More steps smooth more; the time is proportional to their number.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
-            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. Off borders it is an Euler step of length
-            sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
-        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the whole's order of elements, a
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. Off borders the rule is an Euler step of
+            length sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
+        whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
@@ -128,7 +128,7 @@ def explicit_surface(
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
-    # "robust" is not reordered: a library assembles it in the order of the faces. A step with cotangents counts as two sweeps.
+    # No reordering for "robust", which a library assembles in the order of the faces. A cotangent step counts as two sweeps.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps):
         mesh = mesh.by_place()
@@ -155,9 +155,9 @@ def taubin_fairing(
     """Replaces p by (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
 
     `transfer_function` gives the factor on a mode of eigenvalue -k of L: about 1 below the pass band k_PB = 1/step + 1/mu, and
-    falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. On borders MeshLab
-    averages a vertex with itself and its two border neighbours, and so moves it two thirds as far as "along". At a non-manifold
-    edge MeshLab counts each end as a neighbour of the other once per face.
+    falling above it. With the operator "uniform" this is MeshLab's Taubin Smooth, with two exceptions. MeshLab
+    includes a border vertex itself in the mean of its two border neighbours, and so moves it two thirds as far as "along". At a
+    non-manifold edge MeshLab counts each end as a neighbour of the other end once per face.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -169,7 +169,7 @@ def taubin_fairing(
         iterations: number of pairs of steps. More pairs damp more, but only above the pass band, and take longer.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        whole: the mesh that this one is a part of; None if it is complete. If the part keeps the whole's order of elements, a
+        whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
             vertex with 2 `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
@@ -211,8 +211,8 @@ def meshlab_taubin_smooth(
 ) -> Floats:
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
-    Like MeshLab it rounds the factors to single precision. A vertex with b border edges is averaged with itself and its b border
-    neighbours, and so moves b / (b + 1) times as far as in `taubin_fairing`.
+    Like MeshLab it rounds the factors to single precision. A vertex with b border edges is itself included in the mean of its b
+    border neighbours, and so moves b / (b + 1) times as far as in `taubin_fairing`.
 
     Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
     """
@@ -291,14 +291,14 @@ def remove_spikes(
     """Moves the tips of spikes to the mean m of their neighbours.
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
-    |p_i - m| > k s, with k the `steepness`, and if this distance is not smaller than those of its neighbours. All tips move at
+    |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. All tips move at
     once; this repeats until no tip is left, at most ten times. A pyramid over a regular polygon has the steepness
     height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        steepness: k, from 0. Larger removes only thinner spikes; below 1, the corners of cubes are removed too.
+        steepness: k, from 0. Larger removes only thinner spikes; below 1, corners of cubes may be removed too.
         movable: (n,) bool, which vertices may move, None for all.
         progress: called with the share that is done; may raise to stop.
 

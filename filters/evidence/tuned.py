@@ -9,12 +9,12 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 STAYS = 2.0
 
 # Cross-validation.
-#: Number of sets of held-out vertices. The mean angle is 2 % larger with 1 than with 4; 8 make it smaller on a dodecahedron.
+#: Number of sets of held-out vertices. The mean angle is 2 % larger with 1 set than with 4; 8 sets reduce it on a dodecahedron.
 MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
-#: The median for a held-out vertex is taken over this many held-out vertices near it. On a house with noise of 0.05 and 0.3 edges
-#: on its halves the mean angle is 1.03 times that of the best setting; with one median for all, 1.7. 40 to 90 choose the same.
+#: The median in `CLIP` is taken over so many held-out vertices near a vertex. On a house with noise of 0.05 and 0.3 edges on its
+#: halves the mean angle is 1.03 times that of the best setting, 1.7 times with one median of all. 40 to 90 give the same choices.
 NEAR = 60
 #: A flipped face counts as a deviation of so many edges. Without it up to 2.8 with sparse noise; 0.2 to 0.5 choose alike.
 FLIPPED = 0.3
@@ -27,14 +27,14 @@ SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
 #: best. 9 of 10 sure choices are within 5 % of the best; 3 of 4 without the limit on rivals; half at correlations of 0.05 to 0.1.
 SURE, RIVALS = 0.05, 2
-#: The bound `SURFACE` for the calmest third of a mesh: clean meshes have 0.173 and more; weak noise has up to 0.153.
+#: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
 #: level, others by up to 1.18 times. In uneven noise residuals beside outliers are 1.2 times those elsewhere, or more.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
-#: Even noise is this multiple of the noise in the calmest part: 1.2 to 1.5 on designed parts, statues and surfaces.
+#: Where noise is equally strong everywhere, its level is this multiple of the level in the calmest part (measured: 1.2 to 1.5).
 EVEN = 1.3
 #: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and are no sign of uneven noise.
 WEAK = 0.05
@@ -42,7 +42,7 @@ WEAK = 0.05
 # Impulse noise.
 #: Share of outliers: impulse noise has more than this, uneven noise over half of this, Gaussian up to 0.003, clean meshes 0.007.
 IMPULSIVE = 0.01
-#: The residual of an outlier exceeds this multiple of the residuals' standard deviation, and of their median in its two rings.
+#: The residual of an outlier exceeds this multiple of two values: the standard deviation, and the median in its two rings.
 STANDS_OUT = 3.0
 
 # Correlated noise.
@@ -56,15 +56,15 @@ CUT_OFF = 0.06
 INDEPENDENT = 0.02
 #: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
-#: Undoing the rounding of a smooth depth map leaves less than this share of the variance; with relief 0.02 and more are left.
+#: Undoing the rounding of a smooth depth map leaves less than this share of the noise's variance, with relief 0.02 or more.
 UNDONE = 0.01
-#: Fourth-order differences, over step / sqrt(12), are 0.9 to 1.9 on rounded surfaces, up to 0.4 or above 6 on designed parts.
+#: Rounded: fourth-order differences over step / sqrt(12) are 1/2 to 2 (surfaces 0.9 to 1.9; designed parts up to 0.4 or above 6).
 ROUNDED = 2.0
 
 # Clouds.
-#: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans reach half of it.
+#: A cloud is clean if its calmest part has less noise than this, in spacings; exact surfaces and smoothed scans have up to 0.015.
 CLOUD_NO_NOISE = 0.03
-#: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 if it is strong.
+#: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 with strong noise.
 CLOUD_INDEPENDENT = -0.085
-#: Noise of half a spacing has this level in the calmest part. Above it, if residuals correlate, trials use 1/4 of the points.
+#: The level in the calmest part with noise of half a spacing. Above it, if residuals correlate, a quarter of the points is used.
 CLOUD_THICK = 0.33

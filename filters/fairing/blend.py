@@ -53,8 +53,8 @@ def blend_parts(
         progress: called with the share that is done; may raise to stop.
 
     Raises:
-        FilterInputError: there are no two rims, they meet, the product of their numbers of edges is above 400 million, they are
-            too far apart for the length of their edges, or one of their two components is clearly inside out.
+        FilterInputError: there are no two rims; the rims share a vertex; the product of their numbers of edges is above 400
+            million; the band would have more than `MOST_ADDED` triangles; one of the two components is clearly inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -161,9 +161,9 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     """Builds a band of triangles between two rims, as dense as the rims.
 
     Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
-    contains the shortest span and has the least sum of squared span lengths. Rows of new vertices divide its spans evenly, and
-    neighbouring rows are joined in the same way. The number of rows of triangles is the mean span divided by sqrt(3) / 2 times
-    the mean edge of the rims, rounded, and at least one. So the triangles are equilateral on average.
+    contains the shortest span and has the least sum of squared span lengths. Rows of new vertices divide the spans of this
+    triangulation evenly. The same search joins neighbouring rows by triangles, which are equilateral on average, see
+    `_rows_between`.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -189,7 +189,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
         share = row / count
         between = (1.0 - share) * points[a[lower]] + share * points[b[upper]]
         size = round((1.0 - share) * len(a) + share * len(b))
-        # Each row is shifted by half an edge against the one before, which makes triangles more equilateral.
+        # Every second row is shifted by half an edge, which makes triangles more equilateral.
         added.append(_resampled(between, size, 0.5 * (row % 2)))
         loops.append(np.arange(total, total + size, dtype=np.int32))
         total += size
@@ -203,7 +203,7 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
 
 
 def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
-    """Returns how many rows of equilateral triangles, with the rims' mean edge length as side, fit between two rims."""
+    """Returns how many rows of equilateral triangles, with the rims' mean edge as side, fit in the mean span; at least 1."""
     with np.errstate(over="ignore"):
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())

@@ -15,12 +15,12 @@ from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uni
 from .rims import ISLAND_IN_IT, MOST_JOINED, OpenRim, broken_left_open, left_open_as, sorted_rims
 from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_pairs
 
-#: The energies that `fair_region` may minimise to place new vertices, the lowest first; "none" leaves them in place.
+#: The energies that `fair_region` may minimise to place new vertices, from low to high; "none" leaves the vertices in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, at most by the factor `FINEST`.
+#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, at most to `FINEST` of their length.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
@@ -74,13 +74,13 @@ def close_holes(
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
-    hole, a tube longer than three quarters of its width has two holes. With `selected`, a selected rim that is only probably an
-    outer border is closed too. An island is a sheet inside a hole that does not touch its rim; the new faces join it to the rim.
+    hole, a tube longer than three quarters of its width has two holes. An island is a sheet inside a hole, apart from the rim.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        max_edges: holes with more rim edges stay open; at least 3. Larger closes more. The edges of islands do not count.
+        max_edges: holes with more rim edges stay open; at least 3. Edges of islands do not count, but
+            a hole stays open if its rim and islands have more edges than `MOST_JOINED` and `max_edges`.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.

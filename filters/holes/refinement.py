@@ -14,8 +14,8 @@ from .triangulation import VertexPairs, is_pair
 
 #: A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length [liepa2003].
 DENSITY = np.sqrt(2.0)
-# An edge between two rim vertices is not split if the height of an adjacent triangle is below this share of the target edge
-# length: in a crack a new vertex has no room to move.
+# An edge between two rim vertices, unless forbidden, is not split if the height of an adjacent triangle is below this share of
+# the target edge length: in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
 # The largest number of vertices in a patch; a patch that is refined with `uniform_width` has far fewer.
@@ -30,7 +30,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 #: A patch becomes as dense as its rim everywhere if at most about this many vertices suffice.
 MOST_VERTICES = 60_000
-#: In larger patches only a band of `_LEAST_WIDTH` or more edges at the rim is so dense; beyond, edges grow by `SLOPE` x distance.
+#: In a larger patch only a band at the rim, at least `_LEAST_WIDTH` edges wide, is as dense as the rim; see `growing`.
 _LEAST_WIDTH, SLOPE = 1.0, 0.4
 
 

@@ -39,7 +39,7 @@ class TriangleTree(NamedTuple):
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "TriangleTree":
-        """Builds the tree of (m, 3) triangles, m at least 1, of (n, 3) points, which should be near the origin."""
+        """Builds the tree of (m, 3) triangles, m at least 1, with corners at (n, 3) points near the origin."""
         leaves = -(-len(faces) // _LEAF)
         rows = np.empty((len(faces), 4))
         _middles(points, faces, rows)
@@ -181,7 +181,7 @@ class Surface:
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
-        """The surface of (n, 3) vertices and (m, 3) triangles; the cloud of the vertices if each triangle names a vertex twice.
+        """The surface of (n, 3) vertices and (m, 3) triangles; their cloud if no triangle has three distinct vertices.
 
         Raises:
             FilterInputError: not a mesh, or no vertices.
@@ -229,10 +229,10 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """Returns (t,) upper bounds of the local distances of points of t triangles; the (t, 3, 3) corners have (t, 3) distances.
+        """Returns (t,) upper bounds of the local distances of points in t triangles with (t, 3, 3) corners at (t, 3) distances.
 
-        A point of a triangle is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds
-        the corner's by at most this. The distance from one of the (t, k) triangles `beside` is convex, so largest at a corner.
+        Each point is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds the corner's
+        by at most L / sqrt(3). The distance to a triangle, one of (t, k) in `beside`, is convex and so largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)

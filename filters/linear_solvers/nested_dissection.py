@@ -22,7 +22,7 @@ _HUB = 10.0
 
 
 def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
-    """Returns an elimination order of the vertices and its groups: separators (hubs form the last), and parts not cut further.
+    """Returns an elimination order of the vertices, and its groups: uncut parts and separators. Hubs form the last separator.
 
     Vertices are sorted into levels by their distance in edges from one end of the graph. The separator is the set of vertices of
     a middle level that touch the next level. It comes last in the order; the two sides come first, each ordered in the same way
@@ -37,7 +37,7 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
     n = len(matrix.indptr) - 1
     hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)
     order = np.concatenate([np.flatnonzero(~hub), np.flatnonzero(hub)]).astype(np.int32)
-    # Each group has its entry at the place of its last vertex.
+    # Until the return, the values of a group stand at the place of its last vertex.
     firsts, lows = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
     if hub.any():
         firsts[-1] = n - int(hub.sum())

@@ -27,7 +27,7 @@ _TOLERANCE = 1e-12
 OCTAVES = 4.0
 #: The shortest possible wavelength of relief, in mean edges: triangles do not show shorter waves.
 SHORTEST = 5.0
-#: A band counts as signal if its energy is at least this many times the noise energy: at most a quarter of it is noise.
+#: A band of the spectrum counts as signal if its energy is at least this many times the noise energy.
 SIGNAL = 4.0
 # The noise is measured between these wavelengths, in mean edges; regular triangles have no shorter waves.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
@@ -40,8 +40,8 @@ class EnhancedDetails:
     """A surface with enhanced relief; lengths in mesh units."""
 
     vertices: Floats  # (n, 3) the new coordinates
-    detail_size: float = 0.0  # the shortest wavelength of the band; 0 if there is nothing to enhance
-    largest_size: float = 0.0  # the longest wavelength of the band
+    detail_size: float = 0.0  # the shortest wavelength of the relief; 0 without a face of positive area
+    largest_size: float = 0.0  # the longest wavelength of the relief
     height: float = 0.0  # the root mean square height of the input's relief over the vertices
     largest_displacement: float = 0.0
 
@@ -63,7 +63,7 @@ def enhance_details(
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
-       both divided by the longest wavelength. So borders stay, and so do parts as small as relief, such as the knob of a bone.
+       both divided by the longest wavelength. So borders stay, and thin parts, such as the knob of a bone, change little.
     4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
        (`touching_balls`). So thin parts do not swell, and the two sides of a gap do not meet.
 

@@ -38,7 +38,7 @@ class RecipeInfo:
     tune: str = ""  # ``Tune:``, the values to change if the result is not right
     task: str = ""  # ``Task:``, one of `TASKS` for shipped recipes
     fits: str = ""  # ``Fits:``, the scans that the recipe is for, as conditions for `pymeshfair.scripts.guards.parse_fits`
-    judged: str = ""  # ``Judged:``, the measure by which recipes for these scans were compared, and a better recipe, if any
+    judged: str = ""  # ``Judged:``, the measure by which the recipe was compared with others, and a better recipe, if any
     superseded: str = ""  # ``Superseded:``, the better choice; only old recipes, which stay loadable, have it
 
     @property
@@ -100,7 +100,7 @@ class Recipe:
 
 
 def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
-    """The names of the shipped recipes that are not superseded, or of those that are, in alphabetical order."""
+    """The names of the shipped recipes that are not superseded, or of the `superseded` recipes alone, in alphabetical order."""
     return tuple(sorted(_scripts("superseded" if superseded else ".")))
 
 

@@ -78,13 +78,13 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
 
 # ------------------------------------------------------------------------------------------------------------------- progress
 
-#: seconds between two lines about the same step if there is no bar
+#: seconds without output after which `ProgressLines` prints the progress of a step, if `verbose`
 _PATIENCE = 10.0
 _COMPILING = "compiling filters for this machine"
 
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
-    """A progress bar on stderr, after the description of its task; a context manager, which removes the bar at its end."""
+    """A progress bar on stderr, to the right of its task's description; as a context manager it removes the bar on exit."""
     console = Console(stderr=True, highlight=False, emoji=False)
     return Progress(TextColumn("{task.description}"), *columns, console=console, transient=True)
 

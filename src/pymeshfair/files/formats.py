@@ -30,11 +30,11 @@ class Format:
     """One kind of file that a run reads or writes."""
 
     extensions: tuple[str, ...]  # without the dot, in lower case
-    reader: str = ""  # ``module.function`` that reads it strictly, to the last byte; empty if there is none
-    writer: str = ""  # ``module.function`` that writes it; empty if there is none
-    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that it keeps; a warning names the others
+    reader: str = ""  # ``module.function`` that reads a file strictly, to the last byte; empty if there is none
+    writer: str = ""  # ``module.function`` that writes a file; empty if there is none
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that a file keeps; a warning names the attributes that are lost
     rounding: float = 0.0  # largest relative change of a coordinate by writing
-    begin: tuple[str, str] | None = None  # pattern for its first bytes as Latin-1, and the words for them in messages
+    begin: tuple[str, str] | None = None  # pattern for the first bytes of a file, decoded as Latin-1; its text in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates
 
     @property

@@ -39,7 +39,7 @@ class PointsDocument:
     titles: bytes = b""  # the line of titles, if there is one
     separator: str = " "  # the characters between numbers
     counted: bool = False  # whether a line with the number of points precedes the points
-    top: float = 255.0  # the value of full intensity in the colour columns; 0 if the columns of the file hold no colours
+    top: float = 255.0  # the value of full red, green or blue in the file: 255 or 1; 0 if no columns hold colours
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -92,7 +92,7 @@ def _separator(data: bytes) -> str:
 
 
 def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
-    """Returns the line of titles, which may be a comment; the attributes that it names; and the number of the next line."""
+    """Returns the line of titles, which may be a comment; the attributes in it; and the number of the first row."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
     names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
@@ -221,7 +221,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the source text; without one, coordinates with normals, or in .pts with intensity and colours."""
+    """Writes the columns of the source text; for other sources coordinates and normals, or in .pts intensity and colours."""
     counted = writing.extension == "pts"
     plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     document = mesh.document(PointsDocument) or plain

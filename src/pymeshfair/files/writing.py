@@ -1,10 +1,10 @@
 """Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-An existing file is replaced on request, or if a run with the same sources wrote it; a link, folder, pipe or device never. A run
-writes its files to a hidden staging folder beside the output, on the same file system; `place` puts all in place, or none.
+An existing file is replaced on request, or if a run with the same input, recipe and layers wrote it and it was not changed since.
+A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
 
-A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder, so the next
-run removes the folders beside its output in which no process holds a lock. On a system without locks users have to remove them.
+A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder. The next
+run that writes beside the folder removes it if its lock is free. On a system without locks users remove such folders.
 The folder of a run by tiles may hold hours of work, so only a run by tiles to the same output, or `doctor`, removes it.
 """
 
@@ -35,7 +35,7 @@ _KINDS = (
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"  # the name of the lock file in a staging folder, and in the folder of a run by tiles
-#: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
+#: seconds after which a folder without a lock file counts as abandoned; a younger folder may be in creation or removal
 _GRACE = 3600.0
 
 

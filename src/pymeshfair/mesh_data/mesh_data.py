@@ -29,7 +29,7 @@ class Texture:
     """An image on the surface."""
 
     name: str  # as the mesh file writes it
-    image: Path | bytes | None  # the image file, or its bytes where it lies within the mesh file; None if it does not exist
+    image: Path | bytes | None  # the path of an image file, the bytes of an image within the mesh file, or None if it is missing
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class MeshData:
         face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
             ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) one number
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
-        keeps_normals: whether files of a mesh with faces get vertex normals; these are computed anew after a move of vertices.
+        keeps_normals: whether files of a mesh with faces get vertex normals, which are computed anew after a move of vertices.
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask, and the edges and faces between them; with an (m,) mask, only its faces."""
+        """Returns the vertices of an (n,) mask and the edges and faces between them; an (m,) mask `faces` excludes more faces."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -133,7 +133,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Returns the mesh with its matrix applied to coordinates and vertex normals; a matrix removes stored face normals."""
+        """Returns the mesh with its matrix applied to coordinates and vertex normals; a matrix drops stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
@@ -261,7 +261,7 @@ class LazyAttributes(UserDict[str, Any]):
 
 
 class View:
-    """A mesh as the `Layer` that a filter reads; `find` returns other layers by their ids."""
+    """A mesh as the `Layer` that a filter reads; `find` returns the mesh of another layer by its id."""
 
     def __init__(self, mesh: MeshData, find: Callable[[int], MeshData]) -> None:
         self._mesh, self._find = mesh, find

@@ -484,9 +484,9 @@ class FilterMethods(metaclass=LateMethods):
                 'l2' not at all; the others keep them.
             space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
                 'l1' favours the nearest.
-            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
-                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            range_sigma: Differences in height below this value count as noise, above it as features. A larger value removes
+                stronger noise, and flattens larger features. 'auto' estimates the value from the mesh. Takes a length such as
+                '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: Neighbours count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 1.4 mean edges.
                 Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
                 or 'auto'.
@@ -530,9 +530,9 @@ class FilterMethods(metaclass=LateMethods):
                 'l2' not at all; the others keep them.
             space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
                 'l1' favours the nearest.
-            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
-                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            range_sigma: Differences in height below this value count as noise, above it as features. A larger value removes
+                stronger noise, and flattens larger features. 'auto' estimates the value from the mesh. Takes a length such as
+                '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: Triangles count up to 1.4 times this distance. Larger is smoother and slower. 'auto': 2 mean edges.
                 Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
                 or 'auto'.
@@ -569,8 +569,8 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar
         heights.
 
-        Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations it returns
-        the choice and the trials, with errors in mean distances between points; a cloud without noise stays as it is.
+        Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations a cloud
+        without noise stays as it is, and the choice and the trials are returned, with errors in mean distances between points.
 
         Args:
             neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges. Takes
@@ -579,9 +579,9 @@ class FilterMethods(metaclass=LateMethods):
                 'l2' not at all; the others keep them.
             space_kernel: How weight falls with distance. 'gaussian' is the papers' kernel, 'l2' weights all neighbours equally,
                 'l1' favours the nearest.
-            range_sigma: Smaller differences in height count as noise, larger ones as features. Larger removes stronger noise,
-                and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            range_sigma: Differences in height below this value count as noise, above it as features. A larger value removes
+                stronger noise, and flattens larger features. 'auto' estimates the value from the mesh. Takes a length such as
+                '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more.
                 'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
@@ -1123,8 +1123,8 @@ class FilterMethods(metaclass=LateMethods):
                 set. Takes a whole number from 0 to 10000, or 'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
-                large mesh, and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round
-                values at once.
+                large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
+                without trials.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same
                 vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
                 replaces an 'auto'.
@@ -1603,8 +1603,8 @@ class FilterMethods(metaclass=LateMethods):
             normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
                 a whole number from 1 to 10000, or 'auto'.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
-                large mesh, and takes one of those with the least error, usually at held-out vertices. 'fixed': takes all-round
-                values at once.
+                large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
+                without trials.
             selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as
                 neighbours.
 

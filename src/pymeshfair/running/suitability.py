@@ -69,7 +69,7 @@ class Suitability:
     title: str  # its title
     measure: str  # the measure by which the recipe is judged; empty if its head names none
     met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the value of its trait
-    unmet: tuple[tuple[str, str], ...]  # the other conditions, in the same way
+    unmet: tuple[tuple[str, str], ...]  # the conditions that the scan does not meet, each with the value of its trait
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
     @property
@@ -118,9 +118,9 @@ def ranked(
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
     1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
-    trial wins; a statistical tie with the best counts as the best, a missing trial as doing nothing. 4. On an open scan,
-    tasks that close openings come last, as the user may want to keep the openings. 5. More met conditions without "no" win.
-    6. The order of the tasks decides. If the head of a recipe says "after ANOTHER", and both fit, it comes right after ANOTHER.
+    trial wins; an error tied with the least counts as the least. Without a trial the error of the scan itself counts. 4. On
+    an open scan tasks that close openings come last: the user may want to keep these. 5. More met conditions without "no" win.
+    6. The order of the tasks decides. A recipe with "after ANOTHER" in its head comes right after ANOTHER if both fit.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -181,12 +181,12 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
-    """The traits that a recipe asks for, and a warning if the scan does not suit it or another recipe ranks first for denoising.
+    """The traits that a recipe asks for, and a warning if the recipe does not fit the scan or a denoising recipe is better.
 
     Args:
         recipe: the recipe.
         scan: the scan; if it was not measured, there are no warnings.
-        as_shipped: whether the user has set no value. If one is set, only a recipe "after ANOTHER" is compared with denoisers.
+        as_shipped: whether the user has set no value. After a change only recipes "after ANOTHER" are compared with denoisers.
 
     Raises:
         RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.
@@ -214,7 +214,7 @@ def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) ->
 
 
 def instead(recipe: Recipe, scan: MeasuredMesh) -> str:
-    """The recipe to take if this one has changed the shape of a scan too much; empty if this one ranks first."""
+    """The recipe to take in place of one that has changed a scan's shape too much; empty if none is known to be better."""
     if scan.measures is None or recipe.info.task not in _REPLACEABLE:
         return ""
     smoothing = [s.recipe for s in ranked(traits_of(scan)) if s.fits and s.task in _ALIKE]

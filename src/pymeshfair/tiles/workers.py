@@ -1,8 +1,8 @@
 """Does the tasks of a run by tiles, in processes of this machine or on the workers of a dask scheduler.
 
 The temporary files of a run are in a folder, with a journal of finished tasks. The same run has the same tasks in the same order,
-so a resumed run takes the results of finished tasks from the journal, and finds their files in the folder. It repeats tasks that
-had begun but not finished.
+so a resumed run takes the results of finished tasks from the journal, finds their files in the folder, and does only the
+other tasks.
 """
 
 import contextlib
@@ -43,7 +43,7 @@ class WorkFolder:
     path: Path  # the folder
     note: str  # why the files of a former run are not used; empty if they are used, or if there are none
     journal: BinaryIO
-    results: Mapping[tuple[int, int], Any]  # of a former run, by number of the `Tasks.map` call and number of the task in it
+    results: Mapping[tuple[int, int], Any]  # of a former run, by the `Tasks.map` call's number and the task's number in the call
 
     def append(self, call: int, number: int, result: Any) -> None:
         """Adds a finished task to the journal."""
@@ -60,8 +60,8 @@ def work_path(output: Path) -> Path:
 def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterator[WorkFolder]:
     """Opens the folder for a run to `output`, and removes it at the end of the run; the output must be locked.
 
-    `key` has everything on which the tasks and their files depend. With `resume` the files of a former run are used if that run
-    has the same key, else removed. After a failure the folder is kept if `resume` is True or the scheduler is lost.
+    `key` has everything on which the tasks and their files depend. The files of a former run are used if `resume` is True and
+    that run had the same key, else removed. After a failure the folder is kept if `resume` is True or the scheduler is lost.
     """
     path = work_path(output)
     results, end, note = _former(path, key) if resume else ({}, 0, "")
@@ -143,7 +143,7 @@ class Tasks:
     ) -> list[Any]:
         """Calls `task`, a function of a module or a method of an object that can be pickled, with each tuple of arguments.
 
-        A call may be repeated if its worker or the whole run was killed in the middle of it; the result must then be the same.
+        A call may be repeated if its worker or the run was killed during the call; its result must be the same every time.
         With `again` a resumed run repeats all calls, since their files are not in the folder of temporary files.
         """
         call, self._calls = self._calls, self._calls + 1
