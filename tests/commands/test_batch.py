@@ -119,6 +119,8 @@ def test_a_sample_leaves_the_rest(tmp_path: Path) -> None:
     found = batch("smooth_taubin", scans, "-o", tmp_path / "out", "--sample", "2")
     assert found["counts"] == {"scans": 4, "done": 2, "broken": 0, "failed": 0, "resumed": 0, "left": 2}
     assert {int(Path(s["input"]).stem) // 2 for s in found["scans"]} == {0, 1}
+    shown = run_process("batch", "smooth_taubin", scans, "-o", tmp_path / "again", "--sample", "2")
+    assert "The same command with --resume and without --sample cleans those that are left." in shown.stdout
 
 
 @pytest.mark.slow

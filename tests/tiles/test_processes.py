@@ -219,10 +219,11 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--max-displacement", "1edge"), "limits of the result"),
+        (("--max-displacement", "1edge"), "limits, an intervention map"),
         (("--memory", "300MB"), "300 MB are too little"),
         (("--report", "report.html"), "--tiles makes no report"),
         (("--with", "other.ply"), "further layers"),
+        (("--keep-all",), "--keep-all need the whole mesh"),
     ],
 )
 def test_what_needs_the_whole_is_refused(recipe: Path, tmp_path: Path, options: tuple[str, ...], said: str) -> None:

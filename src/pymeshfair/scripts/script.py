@@ -39,7 +39,8 @@ class Problem:
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
         step = "" if self.filter is None else f": filter {shortened(self.filter)!r}"
-        hint = "" if self.suggestion is None else f" (did you mean {self.suggestion!r}?)"
+        is_said = self.suggestion is None or repr(self.suggestion) in self.message
+        hint = "" if is_said else f" (did you mean {self.suggestion!r}?)"
         return f"{place}{step}{_of_parameter(self.parameter)}: {self.message}{hint}"
 
 
