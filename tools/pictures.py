@@ -14,7 +14,7 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from pymeshfair import MeshSet
+from pymeshfair import MeshSet, run
 from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
 from pymeshfair.filters.holes import close_holes
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
@@ -51,13 +51,15 @@ def square(side: int, **more: Any) -> Appearance:
 
 
 def before_and_after(after: Path) -> None:
-    """A face as scanned and as cleaned, whole and as a close-up; and how far what moved."""
+    """A face as scanned and as cleaned, whole and as a close-up; and how far it moves if details of 10 edges are smoothed, too."""
     shown = [Panel("scan", *read(FACE)), Panel("cleaned", *read(after))]
     whole = Appearance(centre=(-10.0, -5.0, -800.0), extent=150.0, width=300, height=380)
     detail = Appearance(centre=(16.0, 12.0, -800.0), extent=58.0, width=300, height=380)
     left, right = draw_panels(shown, whole), draw_panels(shown, detail)
     save_picture(PICTURES / "demo.png", left, right, across=True)
-    save_picture(PICTURES / "displacement.png", draw_panels(shown, square(360, color="distance")), full_color=True)
+    smoother = run("clean_range_map", FACE, after.with_name("smoother.ply"), set=["detail_size=10edge"], overwrite=True).output
+    moved = [shown[0], Panel("cleaned, detail_size=10edge", *read(smoother))]
+    save_picture(PICTURES / "displacement.png", draw_panels(moved, square(360, color="distance")), full_color=True)
 
 
 def rebuilt_from_modes(mesh: Path, counts: tuple[int, ...]) -> None:

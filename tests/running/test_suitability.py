@@ -243,7 +243,7 @@ def test_a_run_that_takes_relief_warns(task: str, asked: tuple[str, ...], warned
     result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply", overrides=asked))
     told = [text for text in result.warnings if "of the relief apart from noise is gone" in text]
     assert bool(told) == warned
-    assert all("a smaller detail_size, or take smooth_implicit, or leave the scan as it is" in text for text in told)
+    assert all("a smaller value of detail_size, or take smooth_implicit, or leave the scan as it is" in text for text in told)
 
 
 def test_a_run_of_a_superseded_recipe_says_what_to_take(tmp_path: Path) -> None:

@@ -273,7 +273,7 @@ def milder(steps: Sequence[Step]) -> str:
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
     names = settings or [name for _, name in amounts]
-    return f"a smaller {names[0]}" if names else ""
+    return f"a smaller value of {names[0]}" if names else ""
 
 
 def _advice(before: str, remedies: Sequence[str]) -> str:
