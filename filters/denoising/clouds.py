@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # Limit 1: a quadric that passes on more noise than the point has extrapolates, and a plane or the mean replaces it.
+            # Limit 1: if the height would have more noise than the point, a plane or the mean replaces the quadric.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

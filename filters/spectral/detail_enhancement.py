@@ -78,7 +78,7 @@ def enhance_details(
         largest_size: the longest wavelength, above `detail_size`; None: four times `detail_size`.
         most: the largest displacement as a share of the thickness, above 0. Larger lets thin parts change more; from 1/2 on
             opposite sides may meet.
-        operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
+        operator: "cotangent", "robust" or "auto", see `surface_laplacian`.
         movable: (n,) bool, which vertices may move, None for all.
         progress: called with the share that is done; may raise to stop.
 

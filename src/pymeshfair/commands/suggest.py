@@ -90,7 +90,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise that `FILTER` found: the trait `noise` is almost 0 for impulses."""
+    """The traits, with the kind and amount of noise that `FILTER` found; the measured noise hardly includes impulses."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])

@@ -34,9 +34,9 @@ _DOT = 1.1
 #: the largest number of dots that draw an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
 
-#: shares of ambient, diffuse and specular light, for clay
+#: shares of ambient, diffuse and specular light, for the faces of a mesh without colours
 _CLAY_LIGHT = (0.20, 0.85, 0.32)
-#: shares for colours other than clay, which must stay near the colours of the colour bar
+#: shares for dots, and for faces with colours, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
 

@@ -168,7 +168,7 @@ class ShapeChange:
     #: sample is measured. None if no vertex moved, or if the noise hides all relief or has impulses
     relief_lost: float | None = None
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none or all
-    sharp_kept: float | None = None  # the share of the sharp edges' length that is still sharp; None without sharp edges
+    sharp_kept: float | None = None  # the kept share of the sharp edges' length; None if no edge was sharp or no vertex moved
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:

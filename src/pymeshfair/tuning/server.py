@@ -57,7 +57,7 @@ class ChoiceError(ParameterError):
 
 
 def controls(recipe: Recipe) -> dict[str, Any]:
-    """Returns the recipe in the types of JSON: its texts, and the data of a control for each parameter of each step."""
+    """Returns the recipe in the types of JSON: its texts, and for each step the controls of its parameters, except cameras."""
     info = recipe.info
     return {
         "name": recipe.name,
