@@ -19,7 +19,7 @@ from .quadric_prediction import predicted_heights, put_where_expected
 Label = TypeVar("Label")
 Measure = TypeVar("Measure")
 
-#: For each family (candidates that smooth more and more), an iterator over its (n, 3) results; the last may stay unread.
+#: For each family (candidates that smooth more and more), an iterator over its (n, 3) results; a reader may stop before the end.
 Runs: TypeAlias = Sequence[Iterator[Floats]]
 #: A function that takes (n, 3) vertices and the indices of the held-out vertices, and returns the runs.
 Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
@@ -49,7 +49,7 @@ class Choice(Generic[Label]):
 
 
 class Scores(NamedTuple):
-    """The scores of k candidates: the fields of `Trial` as (k,) arrays, in the unit of the deviations; the index of the best."""
+    """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
     errors: Floats  # with one clipping for all vertices, unlike the other fields, to be compared with noise levels
     excess: Floats
@@ -122,7 +122,7 @@ def cross_validate(
     """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. Once all others are that much worse than the best, the remaining sets are skipped.
+    which should do nothing, always stays. Once all candidates but the best are that much worse, the remaining sets are skipped.
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates. Results and `labels` are grouped by

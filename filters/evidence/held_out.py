@@ -9,7 +9,7 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-# Random numbers are fractional parts of lengths at a vertex, multiplied by (multiple + step * number of the mask, or seed).
+# A random number is the fractional part of a length at a vertex times (multiple + step * k); k: number of a mask, or seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
