@@ -54,11 +54,11 @@ ON_LINES = 0.75
 CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
 INDEPENDENT = 0.02
-#: A rounded mesh has at least this share of faces along rounding planes: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
+#: At least this share of faces is perpendicular to an axis of rounding: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
-#: Undoing the rounding of a smooth depth map leaves less than this share of the noise's variance, with relief 0.02 or more.
+#: Undoing rounding leaves less than this share of the noise's variance in smooth depth maps, 0.02 or more in maps with relief.
 UNDONE = 0.01
-#: Rounded: fourth-order differences over step / sqrt(12) are 1/2 to 2 (surfaces 0.9 to 1.9; designed parts up to 0.4 or above 6).
+#: Rounded if fourth-order differences are 1/2 to 2 times step / sqrt(12): scans 0.9 to 1.9, designed parts up to 0.4 or above 6.
 ROUNDED = 2.0
 
 # Clouds.

@@ -252,7 +252,7 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Lines about the attributes, box, faces and noise of a mesh, and about its longest holes and outer borders."""
+    """Lines about the attributes, box, faces and noise of a mesh, and about the holes and outer borders with most edges."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['only vertices'])}."
     if measures["box"]:
         low, high = measures["box"]

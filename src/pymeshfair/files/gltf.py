@@ -1,4 +1,4 @@
-"""Reads glTF 2.0 files, text or binary: joins the meshes of the scene, and checks the bounds of every accessor.
+"""Reads glTF 2.0 files, text or binary: joins the meshes of the scene, and checks that all values it reads lie in their buffers.
 
 Writes binary files: one mesh with embedded images, and one primitive for each pair of a texture and a face colour.
 """
