@@ -109,15 +109,15 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
     if noise.level < tuned.NO_NOISE:
         return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
-    on_lines = facing and on_lines_of_sight(points, faces)
-    # A fused mesh is a level set on a grid: where it cuts off a corner of a cell, its triangles have short edges.
-    if on_lines or (facing and np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF):
+    on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
+    # A fused mesh has short edges where it cuts off corners of grid cells; other shapes have them where rings are no scale.
+    if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
     scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
-    if not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):
+    if cut_off or not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):
         return 0.0, fits
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     return float(np.sqrt(field.variances.sum())), fits

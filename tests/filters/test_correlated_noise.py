@@ -142,6 +142,14 @@ def test_neither_a_surface_nor_independent_nor_uneven_nor_wide_noise_is_taken_fo
     assert not _found(*_with_shared(SOLIDS[solid], level, times, calm))
 
 
+@pytest.mark.parametrize("solid", SOLIDS)
+@pytest.mark.parametrize(("length", "found"), [(4.0, True), (15.0, False)])
+def test_among_slivers_no_shared_noise_is_looked_for(solid: str, length: float, found: bool) -> None:
+    """Triangles of 1:4 show it; of 1:15 a ring of neighbours has no width, and what looks like such noise is left alone."""
+    vertices, faces = SOLIDS[solid]
+    assert _found(*_with_shared((vertices * [length, 1.0, 1.0], faces), 0.25, 2)) == found
+
+
 def test_shared_noise_on_a_solid_is_taken_away() -> None:
     """Half of the angle and more goes where held-out vertices, which their neighbours predict with their noise, leave it."""
     truth, faces = SOLIDS["ring"]
