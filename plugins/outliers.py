@@ -119,7 +119,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the median
     over the points nearby, whichever is larger. The selection of vertices is replaced. Let d be the given number of
     spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2 from
-    the points, and the share of the points farther than d from the surface that stays. Returns the number of selected vertices.
+    the points, and the share of the points farther than d from the remaining surface. Returns the number of selected vertices.
 
     Args:
         reference: The layer whose vertices are the measured points.

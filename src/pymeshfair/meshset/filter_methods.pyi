@@ -3642,7 +3642,7 @@ class FilterMethods(metaclass=LateMethods):
         The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the
         median over the points nearby, whichever is larger. The selection of vertices is replaced. Let d be the given number of
         spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2
-        from the points, and the share of the points farther than d from the surface that stays. Returns the number of selected
+        from the points, and the share of the points farther than d from the remaining surface. Returns the number of selected
         vertices.
 
         Args:

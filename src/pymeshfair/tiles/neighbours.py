@@ -155,7 +155,7 @@ class PointTiles:
     result: ClassVar[tuple[str, int]]  # type and count of the numbers in the result of a point
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
-        """Does all tasks, which fill `results`; at most `size` rows of a file are in memory."""
+        """Does all tasks, which fill `results`; passes over a whole file read `size` rows at a time."""
         raise NotImplementedError
 
     @property
@@ -280,7 +280,7 @@ class StrayTiles(PointTiles):
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
-        """Adds points with enough links to chosen points to the chosen points; `number` is the number of this pass, from 1."""
+        """Also chooses the points with enough links to chosen points; `number` is the number of this pass, from 1."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
         joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
