@@ -45,7 +45,7 @@ _WAVES = "Waves of this length keep half their amplitude: smaller details vanish
 DETAIL_SIZE = Percentage(
     default="6edge",
     automatic=-1,
-    help=_WAVES + "'auto' takes the size with the least expected error. The size is not used if another amount is given.",
+    help=_WAVES + "'auto' takes the size with the least expected error.",
 )
 SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 

@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`: for each vertex a pass reads about two faces, that is 16 numbers or 6 triples.
+# The `size` for `worth_reordering`, in units of 3 numbers: per vertex a pass reads about two rows of 8 of `measure_faces`.
 _SIZE = 6
 
 

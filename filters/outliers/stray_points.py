@@ -14,9 +14,9 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# A place of at most this thickness is flat, as are most places on surfaces with noise of 0.4 spacings, and 3 % in filled space.
+# Points of at most this thickness are flat: most points on surfaces with noise of 0.4 spacings, 3 % of those that fill space.
 _FLAT = 0.06
-# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Above `_FULL` a part needs `_MORE` times the points.
+# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Above `_FULL` parts need `_MORE` times `smallest_part`.
 _FULL, _MORE = 0.14, 3
 # For linked points the spacing limit is larger by this factor: at 25 points per square metre, foliage has 2.7 times the median.
 _FOLIAGE = 2.0

@@ -49,7 +49,7 @@ class MeshState:
     """One mesh and its measures."""
 
     mesh: MeshData
-    #: the fields of `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`, and these: number of ``border_loops``;
+    #: the fields of `SurfaceMeasures`, and these: number of ``border_loops``, broken borders included;
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
     #: ``noise``, its standard deviation along normals in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
