@@ -38,9 +38,9 @@ def setting_of_rounded(
 ) -> Choice[Setting] | None:
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
-    The `rounding` is undone first, see `Rounding.undone`. The best result is nearest to the rounded vertices (`Scan.flattest`),
-    since rounding hardly depends on the surface. If the steps differ, or if undoing leaves a depth map smooth, there is other
-    noise. Then all noise is measured, and every result whose distance is at most that noise is allowed [morozov1966]. `other` is
+    The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
+    within one standard error, the flattest is chosen (`Scan.flattest`). If the steps differ, or if a depth map is smooth once
+    undone, all noise is measured, and results whose distance is at most that noise are allowed, too [morozov1966]. `other` is
     better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
@@ -135,7 +135,7 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     """Fits the variances of several noises to residuals of the surface at several scales.
 
     The measure at a scale is the quantile `calmest` of the local mean squares of the `_Scales.residuals`. White noise is smoothed
-    by each width (a number of steps; 0 is the first), scaled to variance 1, and measured in the same way. The variances are the
+    by each width (a number of steps), scaled to variance 1, and measured in the same way. The variances are the
     non-negative weights with which the measures of the noises add up best to the measures of the surface.
     """
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))

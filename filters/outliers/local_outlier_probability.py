@@ -50,8 +50,7 @@ def local_outlier_probability(
     Returns:
         (n,) float64 probabilities in [0, 1], 0 for a point that coincides with all its neighbours. If all neighbours coincide
         with their own neighbours but not with the point, PLOF is infinite: the probability is 1, and nPLOF ignores the point.
-        Distances that differ by no more than the rounding of the coordinates count as equal, so that a regular arrangement of
-        points has no outliers.
+        Distances that differ by no more than the rounding of the coordinates count as equal: rounding alone makes no outliers.
 
     Raises:
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.

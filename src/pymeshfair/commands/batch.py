@@ -60,7 +60,7 @@ def batch(
     """Clean many mesh files with a recipe.
 
     Worker processes clean the files; without --stop, a file that fails stops no other. FOLDER also gets batch.csv and batch.json
-    with a row for each file, and batch.jsonl, the journal from which --resume continues.
+    with a row for each file, and batch.jsonl, the journal.
     """
     from ..batch.plan import expand, plan_scans, without_outputs
     from ..batch.work import Task

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: the largest number of pieces that get a line each
 _MOST_PIECES = 5
-#: a measure, its words, and whether it has a row even if all values are 0, or all are unknown and some mesh has faces
+#: a measure, its words, and whether it has a row even if all values are 0 or unknown (clouds alone: not if all are unknown)
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -89,7 +89,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         lines += [line for name, part in parts.items() for line in _piece_lines(name, part, unit)]
     lines.append(f"changed{because}: {_shares({**sides, 'area': change['area'], 'volume': change['volume']})}")
     if without_noise := change.get("sides_without_noise"):
-        lines.append(f"sides without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
+        lines.append(f"sides, measured without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""

@@ -109,7 +109,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask and the edges and faces between them; an (m,) mask `faces` excludes more faces."""
+        """Returns the vertices of an (n,) mask and edges and faces between them, without faces outside an (m,) mask `faces`."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:

@@ -202,7 +202,7 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "
 
 
 def _sample(slices: Slices, count: int, buckets: int) -> Floats:
-    """Returns points at equal intervals of their numbers, see `_SAMPLED`."""
+    """Returns every `step`-th point, see `_SAMPLED`."""
     step = max(1, count // min(buckets * _SAMPLED, _LARGEST_SAMPLE))
     parts, skipped = [np.empty((0, 3))], 0
     for points, _ in slices():
