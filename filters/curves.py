@@ -285,7 +285,7 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
 
 
 class Chains(NamedTuple):
-    """The free vertices in the order of elimination, chain after chain."""
+    """The free vertices, chain after chain."""
 
     order: Ints  # (f,) int32; chain c has the vertices ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next
     starts: Longs  # (c + 1,) int64

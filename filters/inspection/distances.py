@@ -17,7 +17,7 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
 #: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The usual number of samples on a surface; each face has at least one sample, so many faces have more samples.
+#: The usual number of samples on a surface; more if it has more faces, as each face has at least one.
 SAMPLES = 100_000
 #: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)

@@ -214,7 +214,7 @@ class LasCloud:
                 yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes the `count` points that `marks` keep to another file, with new dimensions for the names in `added`."""
+        """Writes to another file the `count` points that `marks` keep, with new dimensions for the names in `added`."""
         import laspy
 
         with opened(self.path) as reader:
