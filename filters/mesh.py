@@ -156,7 +156,7 @@ class Whole:
 
 @dataclass(frozen=True, eq=False)
 class NormalisedMesh:
-    """The vertices that a face or an edge uses, centred at the origin, of ordinary size, in any order.
+    """The vertices that a face or an edge uses (all of a point cloud), centred at the origin, of ordinary size, in any order.
 
     Point k is ``(vertices[order[k]] - middle) * scale``. Unused vertices have no point: wherever they lie, they change no bit of
     the result. Squares and fourth powers of the points' distances do not overflow, and sums over a mesh far from the origin lose

@@ -51,7 +51,7 @@ def square(side: int, **more: Any) -> Appearance:
 
 
 def before_and_after(after: Path) -> None:
-    """A face as scanned and as cleaned, whole and as a close-up; and how far it moves if details of 10 edges are smoothed, too."""
+    """A face as scanned and as cleaned, whole and as a close-up; how far it moves with details of 10 edges smoothed."""
     shown = [Panel("scan", *read(FACE)), Panel("cleaned", *read(after))]
     whole = Appearance(centre=(-10.0, -5.0, -800.0), extent=150.0, width=300, height=380)
     detail = Appearance(centre=(16.0, 12.0, -800.0), extent=58.0, width=300, height=380)

@@ -18,7 +18,7 @@ from ..spectral import spectral_filter
 #: Takes (n, 3) points of mean edge 1, (m, 3) faces, an amount, and the (n,) mask of movable points (None: all); returns points.
 Smoother: TypeAlias = Callable[[Floats, Ints, float, Bools | None], Floats]
 
-#: detail sizes to try, in mean edges: 2 damps waves of a regular mesh by less than half, 32 is far longer than bumps of noise
+#: detail sizes to try, in mean edges: 2 damps all waves of a regular mesh by less than half, 32 is far longer than bumps of noise
 DETAIL_SIZES: tuple[float, ...] = tuple(2.0 ** (k / 2.0) for k in range(2, 11))
 #: numbers of pairs of Taubin steps to try
 PASSES: tuple[float, ...] = (1, 2, 3, 5, 8, 12, 18, 28, 42, 64)

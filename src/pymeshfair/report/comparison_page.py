@@ -31,7 +31,7 @@ from ..running.read import ReadMesh
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
-#: width and height in pixels: of a picture of a mesh, and of a view of the distances
+#: the side in pixels of a square picture of a mesh, and of a square view of the distances
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")

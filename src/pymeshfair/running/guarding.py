@@ -163,7 +163,7 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
 
 
 def wrap_words(scan: MeshData, wrap: MeshData) -> str:
-    """A sentence on the scanned area that a wrap closes in: faces over 2 d from the wrap (d: its mean distance from the scan)."""
+    """A sentence on the share of a scan's area that is over 2 d from the wrap; d is the wrap's mean distance from the scan."""
     from ..filters.inspection import Surface
 
     if not len(scan.faces):

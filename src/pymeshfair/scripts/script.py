@@ -60,7 +60,7 @@ class Change:
     filter: str  # the filter's name in the old script
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the new script's result differs from the old script's in its own or in today's MeshLab; or empty
+    meaning: str = ""  # how the new script's result differs from the old script's; or empty
 
     @property
     def same_meaning(self) -> bool:

@@ -47,7 +47,7 @@ class Surface:
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
     before = Stored("<f8", 3)  # coordinates before a step that may fold faces
-    state = Stored("<f8", 3)  # normalised coordinates between rounds; from `relax` to `keep` the relaxed ones, see `relax`
+    state = Stored("<f8", 3)  # normalised coordinates between rounds; from `relax` to `keep` what `relax` writes
     next_state = Stored("<f8", 3)  # the state after a round, or the coordinates from `keep`
 
     def _raw(self, bucket: int) -> Path:

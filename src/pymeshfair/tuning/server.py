@@ -117,7 +117,7 @@ def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
     current = step.with_defaults().values
     for name, text in setting.items():
         if text == value_text(current.get(name)):
-            continue  # an unchanged value stays linked to its setting, if it has one
+            continue  # an unchanged value stays linked to its recipe setting, if it has one
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
