@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..declaration import Filter, Parameter
     from ..recipe import Recipe, RecipeHead, RecipeInfo
 
-#: the largest number of characters in a line of a page, and in a line of a list
+#: the width to which text is wrapped in a page, and in a list
 _WIDTH, _NARROW = 100, 80
 _MARGIN = " " * 24  # before the description of a recipe
 #: the largest number of holes and outer borders that are listed
@@ -252,7 +252,7 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Lines about the attributes, box, faces and noise of a mesh, and about its longest holes and outer borders."""
+    """Lines about the attributes, box, faces and noise of a mesh, and about its holes and outer borders."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['only vertices'])}."
     if measures["box"]:
         low, high = measures["box"]

@@ -223,5 +223,4 @@ def _smoother_lines(values: dict[str, Any]) -> list[str]:
 def _behind(trial: dict[str, Any]) -> str:
     if not trial["excess"]:
         return "best"
-    # Settings for rounded coordinates have no uncertainty.
     return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"
