@@ -1,6 +1,6 @@
 """Meshes as arrays: types, checks of input, normalised meshes, and vertex orders that put neighbours near each other in memory.
 
-A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (longest side of its box 1/4 to 1).
+A filter begins with a normalised mesh: centred, without unused vertices, of ordinary size (longest side of its box 1/2 to 1).
 """
 
 import math
@@ -165,7 +165,7 @@ class NormalisedMesh:
     Attributes:
         vertices: (n, 3) the vertices as they came in.
         middle: (3,) the middle of the box of the used vertices.
-        scale: a power of two that brings the longest side of that box to between 1/4 and 1.
+        scale: a power of two that brings the longest side of that box to between 1/2 and 1.
         order: (k,) the vertex of each point; None if the points are all vertices in the given order.
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
         movable_vertices: (n,) which vertices may move; None for all.
@@ -333,7 +333,7 @@ def _restore(
 
 
 def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
-    """Scales the vertices so that the longest side of their box is between 1/4 and 1; returns them and the factor.
+    """Scales the vertices so that the longest side of their box is between 1/2 and 1; returns them and the factor.
 
     The factor is a power of two, which changes no digit of a coordinate. A mesh without extent keeps its size.
     """

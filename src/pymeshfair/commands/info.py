@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..declaration import Filter, Parameter
     from ..recipe import Recipe, RecipeHead, RecipeInfo
 
-#: the largest number of characters in a line of a page, and in a line of a list
+#: the width to which text is wrapped in a page, and in a list
 _WIDTH, _NARROW = 100, 80
 _MARGIN = " " * 24  # before the description of a recipe
 #: the largest number of holes and outer borders that are listed

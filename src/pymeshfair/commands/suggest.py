@@ -53,9 +53,9 @@ def suggest(
 
     The traits of the scan are compared with the conditions (Fits) in each recipe's head. Smoothing recipes are tried on a sample
     of the scan: those with the least error come first, those that erase detail last. The error at held-out vertices, which no
-    filter sees, shows whether there is noise, and which settings remove it best. With -o, the settings with the least error
-    become a recipe. On this scan the new recipe has the same result as the recipe denoise. Low-pass smoothers are compared in
-    the same way, each with its best amount for the scan.
+    filter sees, shows whether there is noise, and which settings remove it best. With -o, the best settings become a recipe.
+    On this scan the new recipe has the same result as the recipe denoise. Low-pass smoothers are compared in the same way, each
+    with its best amount for the scan.
     """
     from ..errors import PymeshfairError
     from ..running.read import read_mesh
@@ -223,5 +223,4 @@ def _smoother_lines(values: dict[str, Any]) -> list[str]:
 def _behind(trial: dict[str, Any]) -> str:
     if not trial["excess"]:
         return "best"
-    # Settings for rounded coordinates have no uncertainty.
     return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"

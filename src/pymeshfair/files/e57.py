@@ -1,4 +1,4 @@
-"""Reads E57 files through pye57: the points of all scans, transformed by their poses, with all fields."""
+"""Reads E57 files through pye57: the points of all scans, transformed by their poses, with their fields."""
 
 from __future__ import annotations
 

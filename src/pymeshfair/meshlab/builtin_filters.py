@@ -137,7 +137,7 @@ class BuiltinFilters:
 
 
 def checked(declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values after the checks of the declaration; a plugin's filter has no other check."""
+    """Returns the values after the checks of the declaration."""
     lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
     try:
         return declared.check({name: as_length(value) if name in lengths else value for name, value in values.items()})

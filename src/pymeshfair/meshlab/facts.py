@@ -109,7 +109,7 @@ class Former:
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
-    #: which layer is current after the filter: ``"left"``: the same as before it in old versions, the result today;
+    #: which layer is current after the filter: ``"left"``: in old versions the layer that was current before, today the result;
     #: ``"current"``: the result in every version
     layers: Literal["left", "current", ""] = ""
     note: str = ""  # the change of the result, or advice when the filter is gone; empty if the meaning is the same
