@@ -58,7 +58,7 @@ INDEPENDENT = 0.02
 FLUSH = 0.01
 #: Undoing the rounding of a smooth depth map leaves less than this share of the noise's variance, with relief 0.02 or more.
 UNDONE = 0.01
-#: Rounded meshes have fourth-order differences of 1/2 to 2 times step / sqrt(12): 0.9 to 1.9; designed parts up to 0.4 or above 6.
+#: Rounded: fourth-order differences are 1/2 to 2 times step / sqrt(12) (0.9 to 1.9); designed parts have up to 0.4 or above 6.
 ROUNDED = 2.0
 
 # Clouds.
