@@ -95,7 +95,7 @@ class ShiftedFactors:
 FINEST_TOLERANCE = 1e-12
 #: A backward error of at most this size is due to rounding.
 _ROUNDING = 1e-14
-#: A matrix with a `SpdSystem.smoothness` below this is singular to rounding: not factorised before a solve has converged.
+#: A matrix with a `SpdSystem.smoothness` below this is singular to rounding: `solve` does not factorise it.
 _SINGULAR = 1e-13
 #: If at most `_FEW_STEPS` steps are predicted, the diagonal is tried as preconditioner, for at most `_JACOBI_STEPS` steps.
 _FEW_STEPS, _JACOBI_STEPS = 100, 250

@@ -223,7 +223,7 @@ def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[s
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the file's columns if colours are unchanged, else new ones in the file's types; bytes for channels not in it."""
+    """Returns the file's columns if colours are unchanged, else new ones in the file's range; bytes for channels not in it."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR

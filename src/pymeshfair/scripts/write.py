@@ -1,7 +1,7 @@
 """Writes .mlx scripts from which MeshLab, pymeshlab and `read_script` read the same numbers.
 
 MeshLab itself writes six digits, and attributes in random order. Here numbers read back exactly, and the same script always has
-the same bytes. An exported script needs only MeshLab: it has MeshLab's filters, all parameters, and lengths in mesh units.
+the same bytes. An exported script needs only MeshLab: it has MeshLab's filters and lengths in mesh units.
 """
 
 import re
