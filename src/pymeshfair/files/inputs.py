@@ -68,7 +68,7 @@ def check_regular(path: Path, mesh: Path) -> None:
         mode = path.stat().st_mode
     except OSError as error:
         reason = "there is no such file" if isinstance(error, FileNotFoundError) else (error.strerror or str(error)).lower()
-        raise InputError(mesh, f"{named}{reason}") from error
+        raise InputError(mesh, f"it names {quoted(str(path))}: {reason}" if named else reason) from error
     if not stat.S_ISREG(mode):
         kind = "a folder" if stat.S_ISDIR(mode) else "a pipe" if stat.S_ISFIFO(mode) else "a device or a socket"
         raise InputError(mesh, f"{named or 'it '}is {kind} and no file")
