@@ -13,7 +13,7 @@ import pytest
 
 from pymeshfair import MeshSet
 from pymeshfair.commands.run import EXIT_CODES
-from pymeshfair.files.errors import OutputError
+from pymeshfair.files.errors import VerifyError
 from pymeshfair.files.provenance import described_file, provenance_path
 from pymeshfair.processes.environment import versions
 from pymeshfair.recipe import load_recipe
@@ -219,11 +219,27 @@ def test_textures_get_the_names_that_they_had(tmp_path: Path) -> None:
     assert verify_output(output, recorded=True).verdict == "identical"
 
 
+def test_an_output_may_be_copied_under_another_name(tmp_path: Path) -> None:
+    """An OBJ file, whose bytes and textures have the old name in them, is made again to the byte; a changed copy is found."""
+    (tmp_path / "TextureDouble_A.png").write_bytes(b"another one")
+    output = run_job(Job(recipe_of(SMOOTH), SAMPLES / "bunny10k_textured.obj", tmp_path / "out.obj")).output
+    copied = tmp_path / "copied.obj"
+    shutil.copy(provenance_path(output), provenance_path(copied))
+    shutil.copy(output, copied)
+    found = verify_output(copied, recorded=True)
+    assert (found.verdict, found.notes[-1]) == ("identical", "the run wrote it as out.obj")
+    copied.write_bytes(b"# changed\n" + output.read_bytes())
+    found = verify_output(copied, recorded=True)
+    assert (found.verdict, found.findings) == ("output changed", (f"{copied} is not what it was (its SHA-256 is different)",))
+
+
 def test_an_output_of_unknown_origin(tmp_path: Path) -> None:
-    """Without a provenance, or with one that lacks something, nothing can be said."""
+    """Without a file or its provenance, or with one that lacks something, the error says which, and that nothing is verified."""
+    with pytest.raises(VerifyError, match=r"cannot verify .*out\.ply: there is no such file$"):
+        verify_output(tmp_path / "out.ply")
     shutil.copy(BONE, tmp_path / "out.ply")
-    with pytest.raises(OutputError, match="nothing is known"):
+    with pytest.raises(VerifyError, match=r"cannot verify .*out\.ply: nothing is known"):
         verify_output(tmp_path / "out.ply")
     _rewritten({"schema": "pymeshfair-provenance-1", "input": {}, "output": {}}, tmp_path / "out.ply")
-    with pytest.raises(OutputError, match="cannot be understood"):
+    with pytest.raises(VerifyError, match="cannot be understood"):
         verify_output(tmp_path / "out.ply")

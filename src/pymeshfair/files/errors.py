@@ -32,5 +32,11 @@ class OutputError(FileError):
     verb = "write"
 
 
+class VerifyError(FileError):
+    """An output cannot be compared with the run that made it."""
+
+    verb = "verify"
+
+
 class OutputBusyError(OutputError):
     """Another run is writing the output at this moment."""

@@ -31,8 +31,8 @@ def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
     if record is None:
         return None
     files = [record["output"], *record["output"].get("side_files", ()), *record.get("guards", {}).get("maps", ())]
-    files = [f for f in files if isinstance(f, dict)]
-    return next((str(f.get("sha256")) for f in files if Path(str(f.get("path"))).name == path.name), None)
+    named = (f for f in files if isinstance(f, dict) and Path(str(f.get("path"))).name == path.name)
+    return next((str(f.get("sha256")) for f in named), None)
 
 
 def sha256_of(path: Path) -> str:

@@ -3,7 +3,7 @@
 import hashlib
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..errors import ParameterError, PymeshfairError
-from ..files.errors import OutputError
+from ..files.errors import VerifyError
 from ..files.formats import extension
 from ..files.inputs import read_file
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
@@ -59,20 +59,20 @@ def verify_output(
     given again.
 
     Raises:
-        OutputError: the output has no provenance, or one that cannot be understood.
+        VerifyError: the output has no provenance, or one that cannot be understood.
         ParameterError: the run had an option that must be given again, but was not.
         RunError: the run failed.
     """
     output = Path(output).absolute()
     record = read_provenance(output)
     if record is None:
-        raise OutputError(output, f"nothing is known of how it was made: no valid {provenance_path(output).name} is beside it")
+        unknown = f"nothing is known of how it was made: no valid {provenance_path(output).name} is beside it"
+        raise VerifyError(output, unknown if output.is_file() else "there is no such file")
     with tempfile.TemporaryDirectory(prefix="pymeshfair-verify-") as folder:
-        again = Path(folder) / output.name
         try:
-            planned = _planned(output, record, again, recorded)
+            planned = _planned(output, record, Path(folder), recorded)
         except (KeyError, TypeError, AttributeError, ValueError, PymeshfairError) as error:
-            raise OutputError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
+            raise VerifyError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
         if isinstance(planned, Verification):
             return planned
         allowed = {"allow_outside": allow_outside, "unchecked": unchecked}
@@ -80,7 +80,7 @@ def verify_output(
             raise ParameterError(f"the run was given {' and '.join(missing)}, which a provenance cannot allow: give it here, too")
         job = replace(planned.job, allow_outside=allow_outside, unchecked=unchecked, timeout=timeout, memory_limit=memory_limit)
         (by_tiles if "tiles" in record else run_job)(job, on_event)
-        return _compared(output, again, record, planned)
+        return _compared(output, record, planned)
 
 
 class _Plan(NamedTuple):
@@ -91,59 +91,58 @@ class _Plan(NamedTuple):
     notes: Sequence[str]  # sentences on the recipe
 
 
-def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it."""
+def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
+    """The changes since the run, or the plan to repeat it into a folder, under the name it had: OBJ files have that in them."""
     entries = [record["output"], *record["output"].get("side_files", ())]
-    if changed := tuple(_changed(entries, output.parent)):
+    names = [Path(entry["path"]).name for entry in entries]
+    if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
         return Verification("output changed", changed)
     source = record["input"]
-    if changed := tuple(_changed([source, *source.get("side_files", ()), *source.get("others", ())], None)):
+    entries = [source, *source.get("side_files", ()), *source.get("others", ())]
+    if changed := tuple(_changed([Path(entry["path"]) for entry in entries], entries)):
         return Verification("input changed", changed)
     recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
         return Verification("recipe changed", (differs,))
-    now, options = versions(), {name for name, value in record.get("options", {}).items() if value}
+    now, options = versions(), record.get("options", {})
     job = Job(
         recipe,
         Path(source["path"]),
-        again,
+        folder / names[0],
         others=tuple(Path(other["path"]) for other in source.get("others", ())),
-        allow_outside="allow_outside" in options,
-        unchecked="unchecked" in options,
-        own_texture_names="own_texture_names" in options,
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
+        **{name: options[name] for name in ("allow_outside", "unchecked", "own_texture_names", "unit") if name in options},
     )
     job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # the output does not depend on measures
-    files = [Path(str(entry["path"])).name for entry in entries]
-    _occupy(files[1:], again)
-    tolerances, names = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
-    unrepeatable = {name: tolerances[name] for name in names if name in tolerances}
-    unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(output) == "3mf" else {}
+    _occupy(names[1:], job.output)
+    tolerances, filters = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
+    unrepeatable = {name: tolerances[name] for name in filters if name in tolerances}
+    unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(job.output) == "3mf" else {}
     recorded_versions = record["versions"].items()
     changes = [f"{name} was {version}, and is {now.get(name)}" for name, version in recorded_versions if version != now.get(name)]
-    return _Plan(job, files, unrepeatable, changes, [text for text in (differs, source_of_recipe) if text])
+    renamed = "" if output.name == names[0] else f"the run wrote it as {names[0]}"
+    return _Plan(job, names, unrepeatable, changes, [text for text in (differs, source_of_recipe, renamed) if text])
 
 
-def _compared(output: Path, again: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
-    path_of = {name: again.with_name(name) for name in plan.files}
+def _compared(output: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
+    path_of = {name: plan.job.output.with_name(name) for name in plan.files}
     different = [name for name, path in path_of.items() if not path.is_file() or sha256_of(path) != recorded_digest(record, path)]
     if not different:
         return Verification("identical", notes=(*plan.notes, *plan.versions))
     sentences = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
         sentences.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
-        differences = list(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
+        differences = list(_differences(read_file(output).mesh, read_file(plan.job.output).mesh, max(plan.unrepeatable.values())))
         if not differences:
             return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *sentences))
         sentences += differences
     return Verification("other versions" if plan.versions else "not repeated", (*sentences, *plan.versions), tuple(plan.notes))
 
 
-def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:
-    """Sentences on files that differ from their entries; a `folder` replaces their recorded folder, as they may have moved."""
-    for entry in entries:
-        path = Path(entry["path"]) if folder is None else folder / Path(entry["path"]).name
+def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Sentences on files that differ from their entries."""
+    for path, entry in zip(paths, entries, strict=True):
         if not path.is_file():
             yield f"{path} is not there any more"
         elif path.stat().st_size != entry["bytes"] or sha256_of(path) != entry["sha256"]:
