@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pymeshfair.authoring import Recipe
+from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.picture import COLORINGS, in_unit
@@ -21,10 +23,12 @@ from pymeshfair.scripts.script import ScriptError
 from pymeshfair.scripts.write import export_script, format_script
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import icosphere, noisy
-from tests.running.runs import SMOOTH, ply_bytes, recipe_of, xyz
+from tests.running.runs import SMOOTH, Given, ply_bytes, recipe_of, xyz
 
 #: smoothing moves a vertex of the sphere by up to 0.03 of its units
 WITHIN, BEYOND = 0.1, 0.001
+#: makes a new layer
+NEW_MESH: Given = ("generate_convex_hull", {})
 
 
 @pytest.fixture
@@ -124,6 +128,35 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     assert "the recipe is for scans in mm, and this scan is in m" in other.stderr
     with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
+
+
+@pytest.mark.parametrize(
+    ("says", "output", "step"), [("--unit", "out.3mf", NEW_MESH), ("--unit", "out.glb", SMOOTH), ("recipe", "out.3mf", SMOOTH)]
+)
+def test_the_file_gets_the_unit_of_the_scan(
+    says: str, output: str, step: Given, sphere: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """A unit that was typed or is in the recipe's head is in the output, of a new mesh too, and the run can be repeated."""
+    path = tmp_path / "step.mlx"
+    path.write_text(format_script(replace(recipe_of(step).script, unit="cm" if says == "recipe" else "")))
+    options = ("--unit", "cm") if says == "--unit" else ()
+    done = invoke("run", path, sphere(""), "-o", tmp_path / output, *options)
+    assert done.exit_code == 0, done.stderr
+    size = np.ptp(read_file(sphere("")).mesh.vertices, axis=0).max() / (100 if output == "out.glb" else 1)
+    written = read_file(tmp_path / output).mesh
+    assert written.unit == ("m" if output == "out.glb" else "cm")
+    assert np.ptp(written.vertices, axis=0).max() == pytest.approx(size, rel=0.2)
+    assert invoke("verify", tmp_path / output).exit_code == 0
+
+
+def test_layers_of_different_units_are_told_apart(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
+    """A warning names each file that has a unit; layers of one unit, and those without, get none."""
+    run = ("run", recipe, sphere("m"), "--with", sphere("cm"), "--with", sphere(""), "-o", tmp_path / "out.3mf", "--overwrite")
+    told, same = invoke(*run), invoke(*run, "--unit", "cm")
+    words = "sphere_m.3mf is in m, sphere_cm.3mf is in cm: coordinates are taken as the files have them"
+    assert f"warning: {words}\n" in told.stderr
+    assert (told.exit_code, same.exit_code) == (0, 0)
+    assert "coordinates are taken" not in same.stderr
 
 
 @pytest.mark.slow

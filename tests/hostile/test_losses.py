@@ -87,6 +87,7 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("extras.glb", _gltf({"extras": {"by": "me"}}, {}), "out.ply", "extras"),
     ("names.glb", _gltf({"nodes": [{"mesh": 0, "name": "nose"}]}, {}), "out.ply", "names of nodes"),
     ("normals.glb", _gltf({}, {"NORMAL": 1}), "out.stl", "vertex normals"),
+    ("unit.glb", _gltf({}, {}), "out.ply", "does not hold the unit of unit.glb, m; .3mf and .glb keep it"),
 )
 
 

@@ -56,6 +56,15 @@ def session_report(
     return {**vars(report), "warnings": list(report.warnings), "steps": [vars(step) for step in report.steps]}
 
 
+def warnings_besides_unit(report: Mapping[str, Any], name: str) -> list[str]:
+    """The warnings of a run from a file to out.ply, without the last, which names the unit of the file if that states one."""
+    warnings: list[str] = report["warnings"]
+    if (unit := report["input"].get("unit")) is None:
+        return warnings
+    assert warnings[-1] == f"out.ply does not hold the unit of {name}, {unit}; .3mf and .glb keep it"
+    return warnings[:-1]
+
+
 def staged_files(report: Mapping[str, Any]) -> dict[str, Path]:
     """The files that a session staged, by the name that they are meant to get."""
     return {file.target.name: file.staged for file in report["staged"]}

@@ -36,6 +36,7 @@ class Format:
     rounding: float = 0.0  # largest relative change of a coordinate by writing
     begin: tuple[str, str] | None = None  # pattern for the first bytes of a file, decoded as Latin-1; its text in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates
+    units: tuple[str, ...] = ()  # the units that a file can be written in
 
     @property
     def extension(self) -> str:
@@ -62,14 +63,15 @@ _POINTS = frozenset(("vertex normals", "vertex colours", "custom attributes"))  
 _LAS = _POINTS | {"vertex scalars", "vertex radii"}
 _XML = (r"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff", "'<'")
 _EDGES = frozenset(("edges",))
+_UNITS = ("um", "mm", "cm", "m", "in", "ft")
 _FORMATS = (
     Format(("ply",), "ply.read_ply", "ply_write.write_ply", frozenset(ATTRIBUTES), begin=(r"ply\s", "'ply'")),
     Format(("obj",), "obj.read_obj", "obj.write_obj", _OBJ),
     Format(("off",), "plain.read_off", "plain.write_off", _OFF),
     Format(("stl",), "plain.read_stl", "plain.write_stl", frozenset(("faces", "face colours")), _FLOAT),
-    Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), has_unit=True),
+    Format(("glb",), "gltf.read_gltf", "gltf.write_glb", _GLB, _FLOAT, ("glTF", "'glTF'"), True, _UNITS),
     Format(("gltf",), "gltf.read_gltf", has_unit=True),
-    Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, begin=("PK", "'PK'"), has_unit=True),
+    Format(("3mf",), "three_mf.read_3mf", "three_mf.write_3mf", _COLOURS, 0.0, ("PK", "'PK'"), True, _UNITS),
     Format(("dae",), "collada.read_collada", begin=_XML, has_unit=True),
     Format(("wrl",), "vrml.read_vrml", "vrml.write_vrml", frozenset(("faces", "vertex colours")), begin=("#VRML", "'#VRML'")),
     Format(("x3d",), "vrml.read_x3d", begin=_XML),
@@ -80,7 +82,7 @@ _FORMATS = (
     Format(("ptx",), "points.read_ptx"),
     Format(("e57",), "e57.read_e57", begin=("ASTM-E57", "'ASTM-E57'"), has_unit=True),
     Format(("dxf",), writer="plain.write_dxf", holds=_EDGES),
-    Format(("svg",), writer="plain.write_svg", holds=_EDGES),
+    Format(("svg",), writer="plain.write_svg", holds=_EDGES, units=("mm", "cm", "in")),
 )
 READABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.reader for e in f.extensions}
 WRITABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.writer for e in f.extensions}

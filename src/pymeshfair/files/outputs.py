@@ -196,8 +196,7 @@ def save_mesh(
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
     side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
-    missing = [texture.name for texture in every if texture.image is None]
-    warnings += [f"the texture {name!r} does not exist; the output still refers to it" for name in missing]
+    warnings += [f"the texture {t.name!r} does not exist; the output still refers to it" for t in every if t.image is None]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name
     write: Writer = load_function(kind.writer)

@@ -12,6 +12,7 @@ from ..filters.mesh import Floats, Ints, Longs
 from ..mesh_data import MeshData, Source
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
+from .formats import WRITABLE
 from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
 from .polygons import numbered, outlines, triangulated
@@ -33,7 +34,6 @@ _HIGHEST, _MAGICS, _VISCAM = 0x8000, (0, 5, 10), (10, 5, 0)
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
 #: curves are flat if their smallest extent along an axis is at most this share of the largest; an SVG of other curves gets a note
 _FLAT = 1e-6
-_UNITS = ("mm", "cm", "in")
 
 
 def read_stl(path: Path, references: References) -> Reading:
@@ -331,7 +331,7 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     flat = np.delete(mesh.vertices, axis, axis=1) * [1.0, -1.0]
     low, size = np.delete(curve_vertices, axis, axis=1), np.delete(sizes, axis)
     left, top = low[:, 0].min(), -low[:, 1].max()
-    unit = mesh.unit if mesh.unit in _UNITS else ""
+    unit = mesh.unit if mesh.unit in WRITABLE["svg"].units else ""
     places = [("L".join(f"{x!r},{y!r}" for x, y in flat[c].tolist()), "Z" if c[0] == c[-1] else "") for c in curves]
     paths = "\n".join(f'<path d="M{line}{end}"/>' for line, end in places)
     target.write(

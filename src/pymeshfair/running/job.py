@@ -13,7 +13,7 @@ import numpy as np
 
 from ..declaration import Length
 from ..declaration.parameters import unit_of_scan
-from ..files.formats import READABLE, extension
+from ..files.formats import READABLE, WRITABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import SCHEMA, described_file, provenance_path, read_provenance
 from ..files.writing import StagedFile
@@ -77,6 +77,13 @@ class Job:
         if not recipe_unit or recipe_unit == unit:
             return ()
         return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
+
+    def losses_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
+        """A sentence if the output cannot hold the unit in the scan's file. A file of the scan's own format holds it."""
+        kind = WRITABLE[extension(self.output)]
+        if file_unit is None or file_unit in kind.units or kind is READABLE.get(extension(self.input)):
+            return ()
+        return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}; .3mf and .glb keep it",)
 
     def check_unit(self) -> None:
         """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can state a unit."""
@@ -183,9 +190,7 @@ class RunResult:
             output=job.output,
             provenance=provenance_path(job.output),
             side_files=tuple(side_files),
-            before=measures["before"] or {},
-            after=measures["after"] or {},
-            change=measures["change"] or {},
+            **{name: measures[name] or {} for name in ("before", "after", "change")},
             steps=steps_of(record),
             warnings=tuple(record["warnings"]),
             seconds=run["seconds"],
@@ -257,13 +262,7 @@ class Report:
                 {name: getattr(done, name) for name in _OF_STEP} | {"origin": step.filter.origin, "messages": list(done.messages)}
                 for step, done in zip(script.steps, self.steps, strict=True)
             ],
-            "measures": {
-                "unit": unit,
-                "before": self.before,
-                "after": self.after,
-                "change": self.change,
-                "traits": self.traits,
-            },
+            "measures": {"unit": unit} | {name: getattr(self, name) for name in ("before", "after", "change", "traits")},
             "warnings": [*job.warnings, *self.warnings],
             **({"guards": guards} if guards else {}),
             **({} if self.tiles is None else {"tiles": self.tiles}),

@@ -3,7 +3,7 @@
 import errno
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -103,7 +103,11 @@ class Session:
         self._unit = self._job.unit_of(read.unit)
         self._job.lengths_in(self._unit)  # refuses lengths such as 0.05mm here, before the steps, if the scan's unit is unknown
         self._warn(*self._job.doubts_of_unit(read.unit))
+        read = replace(read, unit=self._job.unit or read.unit or self._unit)
         others = [self._load(path) for path in self._job.others]
+        units = {mesh.unit: f"{mesh.label} is in {mesh.unit}" for mesh in (read, *(mesh for mesh, _ in others)) if mesh.unit}
+        if len(units) > 1:
+            self._warn(f"{', '.join(units.values())}: coordinates are taken as the files have them")
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
         source["others"] = [described for _, described in others]
         return self._write(outcome, source)
@@ -133,7 +137,7 @@ class Session:
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
-        return Outcome(before, result.without_matrix(), steps, traits)
+        return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
@@ -145,8 +149,7 @@ class Session:
         reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
         described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
-        described |= {"unit": reading.mesh.unit} if reading.mesh.unit else {}
-        return reading.mesh, described
+        return reading.mesh, described | ({"unit": reading.mesh.unit} if reading.mesh.unit else {})
 
     def _unchecked(self, path: Path) -> Reading:
         load_pymeshlab()
@@ -221,7 +224,7 @@ class Session:
         """Stage the files and return the report; if a guard is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
-        self._lose(self._removed_contents(before.mesh, outcome.result))
+        self._lose([*self._removed_contents(before.mesh, outcome.result)])
         after = self._measure(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
@@ -241,7 +244,7 @@ class Session:
         staged: tuple[StagedFile, ...] = ()
         try:
             if not broken or job.keep_broken:
-                output, staged = self._saved(after)
+                output, staged = self._saved(after, source.get("unit"))
             if staged and (PRINTABLE, None) in job.all_guards.require:
                 wrapped = any(step.python_name == "generate_alpha_wrap" for step in steps)
                 faults = list(print_faults(read_file(staged[0].staged).mesh, self._stage / "checked", wrapped=wrapped))
@@ -277,24 +280,22 @@ class Session:
             self._event(Message(text, step=len(self._steps)))
         return notes
 
-    def _removed_contents(self, read: MeshData, result: MeshData) -> list[str]:
+    def _removed_contents(self, read: MeshData, result: MeshData) -> Iterator[str]:
         """Sentences on contents of the file that the steps have removed."""
-        texts = []
         removed = attributes_of(read) - attributes_of(result)
         # A recipe that makes curves of a surface removes the surface's attributes on purpose.
         makes_curves = self._job.recipe.info.task == "curves"
         if not makes_curves and (names := [a for a in ATTRIBUTES if a in removed]):
-            texts.append(f"after the steps the mesh has no {' and no '.join(names)} any more")
+            yield f"after the steps the mesh has no {' and no '.join(names)} any more"
         if result.source is not read.source and read.source is not None and read.source.extras:
-            texts.append(f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}")
-        return texts
+            yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
-    def _saved(self, after: MeasuredMesh) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
+    def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
         """Write the files to the staging folder; return the output's entry in the provenance record, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
-        self._lose(saved.warnings)
+        self._lose([*saved.warnings, *self._job.losses_of_unit(file_unit)])
         staged = (saved.output, *saved.side_files)
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return described[0] | {"side_files": described[1:]}, staged
@@ -320,8 +321,5 @@ class Session:
 
 def _caused_by_memory(error: BaseException | None) -> bool:
     """Whether an error, or one of its causes, is a lack of memory."""
-    while error is not None:
-        if isinstance(error, MemoryError) or "bad_alloc" in str(error):
-            return True
-        error = error.__cause__
-    return False
+    is_lack = isinstance(error, MemoryError) or "bad_alloc" in str(error)
+    return error is not None and (is_lack or _caused_by_memory(error.__cause__))

@@ -92,7 +92,7 @@ def run_by_tiles(
         return replace(
             report,
             input=described,
-            warnings=(*job.doubts_of_unit(unit), *report.warnings, *filter(None, [folder.note])),
+            warnings=(*job.doubts_of_unit(unit), *job.losses_of_unit(unit), *report.warnings, *filter(None, [folder.note])),
             tiles={**(report.tiles or {}), "workers": share.workers, "memory_limit": memory},
             peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
         )
