@@ -22,6 +22,7 @@ from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, columns, ply_bytes, ses
 IMAGE = SAMPLES / "TextureDouble_A.png"
 _TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
 _FACE = "f 1/1 2/2 3/3\n"
+_SOLID = b"solid %s\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
 _FOUR = [0.25, 0.5, 0.75, 1.0]
 
 
@@ -76,6 +77,10 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("groups.obj", (_TRIANGLE + "g a\no b\ns 1\n" + _FACE).encode(), "out.ply", "groups (1); objects (1); smoothing groups (1)"),
     ("weights.obj", b"v 0 0 0 1\nv 1 0 0 2\nv 0 1 0 1\nf 1 2 3\n", "out.ply", "weights of vertices"),
     ("comments.off", b"OFF # by hand\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "out.ply", "comments"),
+    ("notes.xyz", b"# on Monday\n0 0 0\n1 0 0\n", "out.ply", "does not hold these contents of notes.xyz: comments"),
+    ("notes.pts", b"# x y z\n0 0 0 # here\n1 0 0\n", "out.xyz", "the comments of the text that was read are left out"),
+    ("solids.stl", _SOLID % b"lid" + _SOLID % b"box", "out.ply", "solids.stl: its head 'lid'; solids (2)"),
+    ("solids.stl", _SOLID % b"lid" + _SOLID % b"box", "out.stl", "solids.stl: its head 'lid'; solids (2)"),
     (
         "head.stl",
         b"made on Monday".ljust(80) + struct.pack("<I", 1) + bytes(12) + np.eye(3, dtype="<f4").tobytes() + bytes(2),

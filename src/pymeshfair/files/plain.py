@@ -40,7 +40,7 @@ def read_stl(path: Path, references: References) -> Reading:
     """Reads an STL file; corners with equal coordinates are one vertex."""
     data = path.read_bytes()
     doubts: tuple[str, ...] = ()
-    colors, extras, others = None, [], 0
+    colors, extras, others, solids = None, [], 0, 1
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
     declared = int(struct.unpack_from("<I", data, 80)[0]) if len(data) >= 84 else -1
     if declared >= 0 and len(data) == 84 + 50 * declared:
@@ -59,7 +59,8 @@ def read_stl(path: Path, references: References) -> Reading:
         raise ContentsError("it begins like a text, but is binary")
     else:
         tokens = tokenise(joined(data))
-        corners, doubts = _text_corners(tokens), unended(data)
+        (corners, solids), doubts = _text_corners(tokens), unended(data)
+        extras += [f"solids ({solids:,})"] if solids > 1 else []
         head = tokens.line(0).lstrip()[5:].strip()
     words = " ".join("".join(c if c.isprintable() else " " for c in head.decode("latin-1")).split())
     if words and not words.startswith(_PLAIN):
@@ -69,7 +70,7 @@ def read_stl(path: Path, references: References) -> Reading:
         vertices=corners.reshape(-1, 3)[firsts],
         faces=numbers.astype(np.int32),
         face_attributes={} if colors is None else {"colors": colors},
-        source=Source(path, "stl", None if others else head, tuple(extras)),
+        source=Source(path, "stl", None if others or solids > 1 else head, tuple(extras)),
     )
     return Reading(mesh, doubts)
 
@@ -96,7 +97,7 @@ def _header_color(head: bytes) -> list[int]:
     return list((head + bytes(3)).partition(b"COLOR=")[2][:3] or bytes(3))
 
 
-def _text_corners(tokens: Tokens) -> Floats:
+def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
     words = tokens.keywords | _SMALL
     begins, ends = words == word(b"solid") | _SMALL, words == word(b"endsolid") | _SMALL
     solids = np.flatnonzero(begins | ends)
@@ -116,7 +117,7 @@ def _text_corners(tokens: Tokens) -> Floats:
     strange = ~np.isin(tokens.kinds[places], (INTEGER, REAL)).all(axis=2)
     why = "has something else than finite numbers; decimals are written with a point"
     refuse(tokens, corners.ravel(), strange.ravel(), why)
-    return np.asarray(tokens.values[places])
+    return np.asarray(tokens.values[places]), len(solids) // 2
 
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
@@ -253,26 +254,19 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
     polygons = counts[counts > 2]
     corners_of_faces = corners[~of_edge]
     triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
-    attributes: dict[str, Array] = {}
-    if sizes[counts > 2].any():
-        attributes["colors"] = colors[counts > 2][of_polygon]
-    attributes |= of_polygons
-    return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes
+    attributes = {"colors": colors[counts > 2][of_polygon]} if sizes[counts > 2].any() else {}
+    return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes | of_polygons
 
 
 def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Writes a mesh: normals before colours, as MeshLab reads them, and colours as whole numbers from 0 to 255."""
     attributes = mesh.vertex_attributes
     columns, prefix = list(mesh.vertices.T), ""
-    if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
-        columns += list(mesh.vertex_normals.T)
-        prefix = "N"
-    if (colors := attributes.get("colors")) is not None:
-        columns += list(colors.T)
-        prefix = f"C{prefix}"
-    if (pairs := attributes.get("texture_coordinates")) is not None:
-        columns += list(pairs.T)
-        prefix = f"ST{prefix}"
+    normals = mesh.vertex_normals if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes) else None
+    for letters, values in (("N", normals), ("C", attributes.get("colors")), ("ST", attributes.get("texture_coordinates"))):
+        if values is not None:
+            columns += list(values.T)
+            prefix = letters + prefix
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     corners = [str(v) for v in mesh.faces.ravel()[shape.places].tolist()]
     count = len(shape.lengths) + len(mesh.edges)

@@ -40,6 +40,7 @@ class PointsDocument:
     separator: str = " "  # the characters between numbers
     counted: bool = False  # whether a line with the number of points precedes the points
     top: float = 255.0  # the value of full red, green or blue in the file: 255 or 1; 0 if no columns hold colours
+    has_comments: bool = False  # whether the text has comments besides the titles
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -71,8 +72,9 @@ def read_points(path: Path, references: References) -> Reading:
     columns = titled if titles_fit else _guessed(values, whole)
     vertices, attributes, top = _attributes(columns, values, whole)
     extras = (f"its titles {titles.decode('utf-8', 'replace')!r}",) if titles and not titles_fit else ()
-    document = PointsDocument(columns, titles, separator, counted, top)
-    source = Source(path, "xyz", document, extras)
+    has_comments = data.count(b"#") > titles.count(b"#")
+    document = PointsDocument(columns, titles, separator, counted, top, has_comments)
+    source = Source(path, "xyz", document, (*extras, *(("comments",) if has_comments else ())))
     return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, source=source), unended(data))
 
 
@@ -245,4 +247,5 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     if document.counted:
         target.write(b"%d\n" % len(mesh.vertices))
     target.writelines(rows(document.separator.join(["%r"] * len(written)), written))
-    return (f"it does not hold {', '.join(lost)} of the mesh; .ply keeps them",) if lost else ()
+    notes = ["the comments of the text that was read are left out"] if document.has_comments else []
+    return (*notes, *([f"it does not hold {', '.join(lost)} of the mesh; .ply keeps them"] if lost else []))

@@ -8,7 +8,7 @@ ROWS = (
     ("csv.xyz", "1,2,3\n4,5,6\n7,8,9\n", (3, 0)),
     ("semi.xyz", "1;2;3\n4;5;6\n", (2, 0)),
     ("csvsp.xyz", "1, 2, 3\n4, 5, 6\n", (2, 0)),
-    ("hash.xyz", "# c\n1 2 3\n4 5 6\n7 8 9\n", (3, 0)),
+    ("hash.xyz", "# c\n1 2 3\n4 5 6\n7 8 9\n", (3, 0, "out.ply does not hold these contents of {}: comments")),
     ("slash.xyz", "// c\n1 2 3\n4 5 6\n", (2, 0, "its titles '// c'")),
     ("two.xyz", "1 2\n3 4\n", "its rows have 2 numbers; a point has at least 3"),
     ("five.xyz", "1 2 3 4 5\n1 2 4 4 6\n", (2, 0)),
