@@ -167,6 +167,21 @@ def test_pyvista_meshes_keep_everything_both_ways() -> None:
     np.testing.assert_array_equal(meshes.to_pyvista().lines, [2, 0, 1, 2, 1, 2])
 
 
+def test_other_packages_get_a_mesh_where_its_matrix_places_it(caplog: pytest.LogCaptureFixture) -> None:
+    """The matrix of a layer is applied to vertices and normals, and a note says so."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    meshes = MeshSet()
+    meshes.add_mesh(pyvista.PolyData.from_regular_faces(vertices, faces))
+    normals = meshes.to_pyvista().point_data["Normals"]
+    assert caplog.text == ""
+    matrix = np.array([[0.0, -3, 0, 7], [3, 0, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
+    meshes.set_matrix(transformmatrix=matrix, freeze=False)
+    np.testing.assert_array_equal(meshes.to_trimesh().vertices, vertices @ matrix[:3, :3].T + [7, 0, 0])
+    np.testing.assert_allclose(meshes.to_pyvista().point_data["Normals"], normals @ matrix[:3, :3].T / 3, atol=1e-12)
+    assert "the layer's matrix was applied to its coordinates, as other packages do not hold it" in caplog.text
+
+
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
     with pytest.raises(TypeError, match=r"trimesh, Open3D or PyVista, got a builtins\.str"):

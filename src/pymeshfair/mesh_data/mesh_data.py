@@ -97,6 +97,8 @@ class MeshData:
         for name in ("vertex_attributes", "face_attributes"):
             if not isinstance(getattr(self, name), LazyAttributes):
                 object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
+        if np.array_equal(self.matrix, np.eye(4)):  # type: ignore[arg-type]
+            object.__setattr__(self, "matrix", None)
 
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
@@ -270,8 +272,13 @@ class View:
         return getattr(self._mesh, name)
 
     def other(self, mesh_id: int) -> Any:
-        """Returns another layer."""
-        return View(self._find(mesh_id), self._find)
+        """Returns another layer in the coordinates of this one: the matrices of both place it."""
+        mesh, own = self._find(mesh_id), self._mesh.matrix
+        if not np.array_equal(own, mesh.matrix):  # type: ignore[arg-type]
+            place, here = (np.eye(4) if matrix is None else matrix for matrix in (mesh.matrix, own))
+            to_here = np.asarray(np.linalg.solve(here, place), np.float64)
+            mesh = replace(replace(mesh, matrix=to_here).without_matrix(), matrix=own)
+        return View(mesh, self._find)
 
 
 def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:

@@ -81,8 +81,12 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """Returns the arrays of the current layer, `mesh`; the images of textures stay out: pymeshlab only saves them to files."""
-    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's normals are no unit vectors
-    arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
+    layer = bench.current()
+    placed = layer.without_matrix()
+    normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
+    arrays = Arrays(placed.vertices.copy(), placed.faces.copy(), placed.edges.copy(), normals)
+    if layer.matrix is not None:
+        arrays.lost.append("the layer's matrix was applied to its coordinates, as other packages do not hold it")
     if mesh.has_vertex_color():
         arrays.colors = mesh.vertex_color_matrix()
     if len(arrays.faces) and mesh.has_face_color():
