@@ -167,6 +167,34 @@ def test_pyvista_meshes_keep_everything_both_ways() -> None:
     np.testing.assert_array_equal(meshes.to_pyvista().lines, [2, 0, 1, 2, 1, 2])
 
 
+def test_a_mesh_comes_back_with_what_it_had_and_no_more(caplog: pytest.LogCaptureFixture) -> None:
+    """Colours of faces and texture coordinates come back, and no colours, scalars or normals that the mesh never had."""
+    vertices, faces = icosphere(1)
+    shades = np.random.default_rng(1).integers(0, 256, size=(len(faces), 4), dtype=np.uint8)
+    uv = np.random.default_rng(2).random((len(vertices), 2)).astype(np.float32)
+    looks = trimesh.visual.TextureVisuals(uv=uv)  # type: ignore[no-untyped-call]
+    meshes = MeshSet()
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, face_colors=shades, process=False))
+    np.testing.assert_array_equal(meshes.to_trimesh().visual.face_colors, shades)
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, visual=looks, process=False))
+    np.testing.assert_array_equal(meshes.to_trimesh().visual.uv, uv)
+    assert not meshes.to_trimesh().vertex_attributes
+    assert "cannot hold" not in caplog.text
+
+
+def test_a_cloud_without_normals_and_colours_gets_none() -> None:
+    """Open3D and PyVista see no normals, colours or scalars of a cloud that has none."""
+    o3d, pyvista = pytest.importorskip("open3d"), pytest.importorskip("pyvista")
+    meshes, said = MeshSet(), list[str]()
+    meshes.on_note = said.append
+    meshes.add_mesh(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(icosphere(1)[0])))
+    back = meshes.to_open3d()
+    assert (back.has_points(), back.has_normals(), back.has_colors()) == (True, False, False)
+    meshes.add_mesh(pyvista.PolyData(icosphere(1)[0]))
+    assert meshes.to_pyvista().point_data.keys() == []
+    assert said == []
+
+
 def test_other_packages_get_a_mesh_where_its_matrix_places_it(caplog: pytest.LogCaptureFixture) -> None:
     """The matrix of a layer is applied to vertices and normals, and a note says so."""
     pyvista = pytest.importorskip("pyvista")

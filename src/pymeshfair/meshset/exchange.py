@@ -83,20 +83,21 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """Returns the arrays of the current layer, `mesh`; the images of textures stay out: pymeshlab only saves them to files."""
     layer = bench.current()
     placed = layer.without_matrix()
-    normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
-    arrays = Arrays(placed.vertices.copy(), placed.faces.copy(), placed.edges.copy(), normals)
+    arrays = Arrays(placed.vertices.copy(), placed.faces.copy(), placed.edges.copy())
+    if placed.vertex_normals.any():
+        arrays.normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
     if layer.matrix is not None:
         arrays.lost.append("the layer's matrix was applied to its coordinates, as other packages do not hold it")
-    if mesh.has_vertex_color():
-        arrays.colors = mesh.vertex_color_matrix()
-    if len(arrays.faces) and mesh.has_face_color():
-        arrays.face_colors = mesh.face_color_matrix()
+    if (placed.vertex_colors < 1.0).any():  # a mesh from arrays has white, and scalars of 0, in place of none
+        arrays.colors = placed.vertex_colors.copy()
+    if len(arrays.faces) and placed.has_face_colors:
+        arrays.face_colors = placed.face_colors.copy()
     if mesh.has_vertex_tex_coord():
         arrays.uv = mesh.vertex_tex_coord_matrix()
-    if mesh.has_vertex_scalar():
-        arrays.of_vertices[_SCALAR] = mesh.vertex_scalar_array()
-    if len(arrays.faces) and mesh.has_face_scalar():
-        arrays.of_faces[_SCALAR] = mesh.face_scalar_array()
+    if placed.vertex_scalars.any():
+        arrays.of_vertices[_SCALAR] = placed.vertex_scalars.copy()
+    if len(arrays.faces) and placed.has_face_scalars:
+        arrays.of_faces[_SCALAR] = placed.face_scalars.copy()
     for element, name, values in custom_attributes(bench, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
@@ -120,6 +121,7 @@ def to_trimesh(arrays: Arrays) -> Any:
             arrays.omit("trimesh with colours of vertices", texture_coordinates=arrays.uv, colours_of_faces=arrays.face_colors)
         elif arrays.uv is not None:
             visuals = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
+            arrays.omit("trimesh with texture coordinates", colours_of_faces=arrays.face_colors)
         elif arrays.face_colors is not None:
             visuals = {"face_colors": as_levels(arrays.face_colors)}
         arrays.omit("trimesh", edges=arrays.edges)
@@ -166,7 +168,8 @@ def to_pyvista(arrays: Arrays) -> Any:
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
     cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
     result = pyvista.PolyData(arrays.vertices, **cells)
-    result.point_data["Normals"] = arrays.normals
+    if arrays.normals is not None:
+        result.point_data["Normals"] = arrays.normals
     for name, values in arrays.of_vertices.items():
         result.point_data[name] = values
     if arrays.colors is not None:

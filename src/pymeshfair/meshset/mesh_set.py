@@ -195,6 +195,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
         A note, see `on_note`, names contents that trimesh does not take; `to_open3d` and `to_pyvista` send such notes, too.
+        All three count vertices that are all white as uncoloured, and scalars that are all 0 as none.
         """
         return self._exported(exchange.to_trimesh)
 
