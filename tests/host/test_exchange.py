@@ -103,6 +103,21 @@ def test_values_of_trimesh_are_kept_both_ways() -> None:
     np.testing.assert_array_equal(again.vertex_scalar_array(), vertices[:, 2] + vertices[:, 0])
 
 
+def test_values_get_names_of_their_own_or_are_refused_before_there_is_a_layer() -> None:
+    """Names that MeshLab would spell alike are kept apart, and values of another number are named with no layer left behind."""
+    vertices, faces = icosphere(1)
+    values: dict[str, Any] = {name: i + np.arange(42.0) for i, name in enumerate(("a b", "a_b", "A b", "x", "x_"))}
+    meshes = MeshSet()
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, process=False, vertex_attributes=values))
+    back = meshes.to_trimesh().vertex_attributes
+    assert sorted(array[0] for array in back.values()) == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert back.keys() == {"a_b", "a_b_", "A_b__", "x_", "x__"}
+    wrong = trimesh.Trimesh(vertices, faces, process=False, vertex_attributes=values | {"heat": np.zeros(7)})
+    with pytest.raises(ForeignMeshError, match=r"vertex values 'heat' have the shape \(7,\).* of the mesh, 42: correct"):
+        meshes.add_mesh(wrong)
+    assert len(meshes) == 1
+
+
 def test_paths_of_trimesh_keep_their_edges() -> None:
     """A polyline is a mesh of edges, and comes back as a path."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]])

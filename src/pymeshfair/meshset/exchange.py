@@ -49,7 +49,7 @@ class Arrays:
 
 
 def as_meshlab(arrays: Arrays) -> Any:
-    """Returns a `pymeshlab.Mesh`; of `of_vertices` and `of_faces` it has only the scalars, `add_values` adds the others."""
+    """Returns a `pymeshlab.Mesh`; of `of_vertices` and `of_faces` it has only the scalars, see `custom_values`."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
         "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,
@@ -63,20 +63,26 @@ def as_meshlab(arrays: Arrays) -> Any:
     return pymeshlab.Mesh(arrays.vertices, arrays.faces, **existing)
 
 
-def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh, which must be in a mesh set: else the values would refer to freed memory."""
-    for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
-        add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
+def custom_values(arrays: Arrays) -> dict[tuple[str, str], Floats]:
+    """Returns the values that become custom attributes, by element and name, each (n,); raises `ForeignMeshError`."""
+    found: dict[tuple[str, str], Floats] = {}
+    for element, values, rows in (("vertex", arrays.of_vertices, arrays.vertices), ("face", arrays.of_faces, arrays.faces)):
+        taken: set[str] = set()
         for name, array in values.items():
+            if array.shape[:1] != (len(rows),):
+                raise ForeignMeshError(
+                    f"the {element} values {name!r} have the shape {array.shape}, but there must be a row for each {element} of "
+                    f"the mesh, {len(rows):,}: correct them, or leave them out"
+                )
             if (name == _SCALAR and array.ndim == 1) or name.lower() in _NORMALS:
                 continue
             if array.dtype.kind not in "fiub" or array.shape[1:] not in ((), (3,)):
                 arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
-            elif array.ndim == 1:
-                add(_numbers(array), _attribute_name(name))
-            else:  # MeshLab's expressions would read freed memory from an attribute of vectors
-                for axis, column in zip("xyz", array.T, strict=True):
-                    add(_numbers(column), _attribute_name(f"{name}_{axis}"))
+                continue
+            # MeshLab's expressions would read freed memory from an attribute of vectors
+            columns = {name: array} if array.ndim == 1 else {f"{name}_{axis}": array[:, i] for i, axis in enumerate("xyz")}
+            found |= {(element, _attribute_name(key, taken)): _numbers(column) for key, column in columns.items()}
+    return found
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
@@ -105,10 +111,14 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     return arrays
 
 
-def _attribute_name(name: str) -> str:
-    """Returns a name that MeshLab's expressions accept: an attribute with any other name makes all of them fail."""
+def _attribute_name(name: str, taken: set[str]) -> str:
+    """Returns a name that MeshLab's expressions accept, also if its letters are small, and adds that to the names `taken`."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
+    plain = plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
+    while plain in _VARIABLES or plain.lower() in taken:
+        plain += "_"
+    taken.add(plain.lower())
+    return plain
 
 
 def to_trimesh(arrays: Arrays) -> Any:

@@ -181,13 +181,16 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         A note, see `on_note`, names contents that MeshLab does not take.
 
         Raises:
-            ForeignMeshError: `mesh` is no mesh of these packages.
+            ForeignMeshError: `mesh` is no mesh of these packages, or has values for more or fewer vertices or faces than it has.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = exchange.arrays_of(mesh)
+        values = exchange.custom_values(arrays)
         result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
-        exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        layer = max(BASE.__iter__(self), key=lambda layer: int(layer.id()))
+        for (element, name), numbers in values.items():  # in a mesh outside of a mesh set they would refer to freed memory
+            getattr(layer, f"add_{element}_custom_scalar_attribute")(numbers, name)
         self._filters.note(arrays.lost)
         return result
 
