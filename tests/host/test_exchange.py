@@ -225,6 +225,22 @@ def test_other_packages_get_a_mesh_where_its_matrix_places_it(caplog: pytest.Log
     assert "the layer's matrix was applied to its coordinates, as other packages do not hold it" in caplog.text
 
 
+def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
+    """A quad beside a triangle becomes two triangles, each with its value, and a point set is a cloud."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices = icosphere(1)[0][:5]
+    mixed = pyvista.PolyData(vertices, faces=[3, 0, 1, 2, 4, 2, 3, 4, 1])
+    mixed.cell_data["part"] = [7.0, 8.0]
+    meshes = MeshSet()
+    meshes.add_mesh(mixed)
+    triangle, *halves = meshes.current_mesh().face_matrix().tolist()
+    assert (triangle, len(halves), {*halves[0], *halves[1]}) == ([0, 1, 2], 2, {1, 2, 3, 4})
+    assert meshes.to_pyvista().cell_data["part"].tolist() == [7.0, 8.0, 8.0]
+    found = taken(pyvista.PointSet(vertices))
+    np.testing.assert_array_equal(found.vertex_matrix(), vertices)
+    assert found.face_number() == 0
+
+
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
     with pytest.raises(TypeError, match=r"trimesh, Open3D or PyVista, got a builtins\.str"):

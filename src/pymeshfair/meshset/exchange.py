@@ -260,8 +260,8 @@ def _of_open3d(mesh: Any) -> Arrays:
 
 
 def _of_pyvista(mesh: Any) -> Arrays:
-    if not hasattr(mesh, "regular_faces"):
-        mesh = mesh.extract_surface()
+    if not hasattr(type(mesh), "regular_faces"):  # of a mesh with quads the property raises an error
+        mesh = mesh.cast_to_polydata() if hasattr(mesh, "cast_to_polydata") else mesh.extract_surface()
     lines, edges = np.asarray(mesh.lines), [np.zeros((0, 2), dtype=np.int32)]
     while len(lines):
         count = int(lines[0])
