@@ -241,6 +241,62 @@ def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
     assert found.face_number() == 0
 
 
+def test_curves_of_paths_become_short_edges() -> None:
+    """A circle is a closed polyline of its length, and an arc joins the line at its end; no control point is left over."""
+    circle = trimesh.path.creation.circle(radius=2.0)  # type: ignore[no-untyped-call]
+    lines = trimesh.path.entities
+    points = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0], [2, -3, 0]])
+    hook = trimesh.path.Path3D([lines.Arc([0, 1, 2]), lines.Line([2, 3])], points, process=False)  # type: ignore[no-untyped-call]
+    for path, length, ends in ((circle, 4 * np.pi, []), (hook, np.pi + 3, [[0, 0, 0], [2, -3, 0]])):
+        mesh = taken(path)
+        vertices, edges = mesh.vertex_matrix(), mesh.edge_matrix()
+        assert np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1).sum() == pytest.approx(length, rel=2e-3)
+        uses = np.bincount(edges.ravel(), minlength=len(vertices))
+        assert sorted(vertices[uses == 1].tolist()) == ends
+        assert set(uses) <= {1, 2}
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.uint8, np.int64])
+def test_colours_of_pyvista_may_be_levels_of_any_type(kind: type, caplog: pytest.LogCaptureFixture) -> None:
+    """Levels from 0 to 255 are the same colours as floats and as whole numbers; what is beyond is named and not taken."""
+    pyvista = pytest.importorskip("pyvista")
+    cloud = pyvista.PolyData(icosphere(1)[0])
+    levels = np.random.default_rng(5).integers(0, 256, size=(42, 3))
+    cloud.point_data["rgb"] = levels.astype(kind)
+    np.testing.assert_allclose(255 * taken(cloud).vertex_color_matrix()[:, :3], levels, atol=0.01)
+    assert not caplog.text
+    cloud.point_data["rgb"] = levels.astype(np.uint16) * 257
+    taken(cloud)
+    assert "the colours are not taken, since they are neither from 0 to 1 nor from 0 to 255" in caplog.text
+
+
+def test_what_meshlab_does_not_take_is_named() -> None:
+    """Units and colours of paths of trimesh, texture coordinates and further values of Open3D, and field data of PyVista."""
+    o3d, pyvista = pytest.importorskip("open3d"), pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    ball = trimesh.Trimesh(vertices, faces, process=False)
+    ball.units = "mm"
+    path = trimesh.path.Path3D([trimesh.path.entities.Line([0, 1])], vertices[:2], process=False)  # type: ignore[no-untyped-call]
+    path.colors = [[255, 0, 0, 255]]
+    cloud = o3d.t.geometry.PointCloud(vertices)
+    cloud.point["intensity"] = np.zeros((42, 1))
+    mesh = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces))
+    mesh.triangle_uvs = o3d.utility.Vector2dVector(np.zeros((240, 2)))
+    scan = pyvista.PolyData(vertices)
+    scan.field_data["scanner"] = ["A"]
+    for given, note in (
+        (ball, "MeshLab does not take the unit of the mesh"),
+        (path, "MeshLab does not take the colours of the path"),
+        (cloud, "MeshLab does not take intensity, the point values of Open3D"),
+        (mesh, "of the Open3D mesh MeshLab does not take the texture coordinates"),
+        (scan, "MeshLab does not take the field data of PyVista"),
+    ):
+        meshes, said = MeshSet(), list[str]()
+        meshes.on_note = said.append
+        meshes.add_mesh(given)
+        assert said == [note]
+
+
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
     with pytest.raises(TypeError, match=r"trimesh, Open3D or PyVista, got a builtins\.str"):
