@@ -191,25 +191,11 @@ class MeshData:
         """(m, 4) from 0 to 1."""
         return _frozen(self._face_attribute("colors") / 255.0)
 
-    @property
-    def has_vertex_scalars(self) -> bool:
-        return "scalars" in self.vertex_attributes
-
-    @property
-    def has_vertex_colors(self) -> bool:
-        return "colors" in self.vertex_attributes
-
-    @property
-    def has_face_scalars(self) -> bool:
-        return "scalars" in self.face_attributes
-
-    @property
-    def has_face_colors(self) -> bool:
-        return "colors" in self.face_attributes
-
-    @property
-    def has_wedge_tex_coords(self) -> bool:
-        return "wedge_texture_coordinates" in self.face_attributes
+    has_vertex_scalars = property(lambda self: "scalars" in self.vertex_attributes)
+    has_vertex_colors = property(lambda self: "colors" in self.vertex_attributes)
+    has_face_scalars = property(lambda self: "scalars" in self.face_attributes)
+    has_face_colors = property(lambda self: "colors" in self.face_attributes)
+    has_wedge_tex_coords = property(lambda self: "wedge_texture_coordinates" in self.face_attributes)
 
     def _face_attribute(self, name: str) -> Array:
         if name not in self.face_attributes:
@@ -276,7 +262,7 @@ class View:
         mesh, own = self._find(mesh_id), self._mesh.matrix
         if not np.array_equal(own, mesh.matrix):  # type: ignore[arg-type]
             place, here = (np.eye(4) if matrix is None else matrix for matrix in (mesh.matrix, own))
-            to_here = np.asarray(np.linalg.solve(here, place), np.float64)
+            to_here = np.linalg.solve(here, place).astype(np.float64)
             mesh = replace(replace(mesh, matrix=to_here).without_matrix(), matrix=own)
         return View(mesh, self._find)
 

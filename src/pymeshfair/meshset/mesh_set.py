@@ -84,12 +84,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def apply_step(self, step: Step) -> dict[str, Any]:
-        """Applies a step of a script to the current mesh, and does not add it to the filter script.
+        """Applies a step of a script like `apply_filter`, and does not add it to the filter script.
 
         Layer ids in the step count without the gaps that helper layers leave, so that a script has the same meaning at any time.
-
-        Raises:
-            pymeshlab.PyMeshLabException: as in `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
 
@@ -101,11 +98,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.values(filter_name, kwargs)
 
     def load_filter_script(self, filter_script_name: str) -> None:
-        """Replaces the current filter script by the script of an .mlx file.
-
-        Raises:
-            ScriptError: the script is wrong; lists every problem. The current script stays.
-        """
+        """Replaces the current filter script by that of an .mlx file, or keeps it and raises `ScriptError` with every problem."""
         self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:
@@ -118,11 +111,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._script.apply(self.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
-        """Writes the current filter script to an .mlx file, with the value of every parameter.
-
-        Raises:
-            PymeshfairError: the file cannot be written.
-        """
+        """Writes the current filter script to an .mlx file, with all values, or raises `PymeshfairError` if it cannot."""
         self._script.save(filter_script_name, self._bench.current())
 
     def clear_filter_script(self) -> None:
@@ -151,11 +140,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self.apply_script(loaded.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
-        """Applies all steps of a script to the current mesh, and adds them to the filter script; returns their reports.
-
-        Raises:
-            ScriptStepFailedError: a step failed; mesh and filter script are as they were after the last complete step.
-        """
+        """Applies all steps of a script, adds them to the filter script, and returns their reports; fails like `apply_recipe`."""
         results: list[dict[str, Any]] = []
 
         def apply(step: Step) -> None:
@@ -167,11 +152,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Makes the layer with this id the current layer.
-
-        Raises:
-            UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.
-        """
+        """Makes the layer with this id current, or raises `UnknownLayerError`: pymeshlab would go on without a current mesh."""
         self._bench.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
