@@ -297,6 +297,18 @@ def test_what_meshlab_does_not_take_is_named() -> None:
         assert said == [note]
 
 
+def test_other_packages_get_a_layer_that_its_matrix_flattens() -> None:
+    """A matrix without an inverse moves the vertices into a plane, and normals to its normal."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    meshes = MeshSet()
+    meshes.add_mesh(pyvista.PolyData.from_regular_faces(vertices, faces))
+    meshes.set_matrix(transformmatrix=np.diag([1.0, 1, 0, 1]), freeze=False)
+    back = meshes.to_pyvista()
+    np.testing.assert_array_equal(back.points, vertices * [1, 1, 0])
+    assert set(np.abs(back.point_data["Normals"][vertices[:, 2] != 0.0]).ravel()) == {0.0, 1.0}
+
+
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
     with pytest.raises(TypeError, match=r"trimesh, Open3D or PyVista, got a builtins\.str"):

@@ -139,7 +139,8 @@ class MeshData:
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
-        turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
+        inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # also of a matrix that flattens
+        turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     @cached_property
