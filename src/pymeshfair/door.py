@@ -197,7 +197,6 @@ class Door:
             for name in saved_attributes(self._meshset, SAVED_AS[element]):
                 if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
                     attributes[name] = values
-        matrix = np.array(mesh.transform_matrix())
         return replace(
             before,
             vertices=vertices,
@@ -207,7 +206,7 @@ class Door:
             face_attributes=face,
             keeps_normals=keeps_normals,
             textures=textures,
-            matrix=None if np.array_equal(matrix, np.eye(4)) else matrix,
+            matrix=np.array(mesh.transform_matrix()),
             label=mesh.label(),
             vertex_ids=_composed(before.vertex_ids, of_vertices, len(before.vertices)),
             face_ids=_composed(before.face_ids, of_faces, len(before.faces)),

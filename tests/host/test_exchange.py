@@ -103,6 +103,21 @@ def test_values_of_trimesh_are_kept_both_ways() -> None:
     np.testing.assert_array_equal(again.vertex_scalar_array(), vertices[:, 2] + vertices[:, 0])
 
 
+def test_values_get_names_of_their_own_or_are_refused_before_there_is_a_layer() -> None:
+    """Names that MeshLab would spell alike are kept apart, and values of another number are named with no layer left behind."""
+    vertices, faces = icosphere(1)
+    values: dict[str, Any] = {name: i + np.arange(42.0) for i, name in enumerate(("a b", "a_b", "A b", "x", "x_"))}
+    meshes = MeshSet()
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, process=False, vertex_attributes=values))
+    back = meshes.to_trimesh().vertex_attributes
+    assert sorted(array[0] for array in back.values()) == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert back.keys() == {"a_b", "a_b_", "A_b__", "x_", "x__"}
+    wrong = trimesh.Trimesh(vertices, faces, process=False, vertex_attributes=values | {"heat": np.zeros(7)})
+    with pytest.raises(ForeignMeshError, match=r"vertex values 'heat' have the shape \(7,\).* of the mesh, 42: correct"):
+        meshes.add_mesh(wrong)
+    assert len(meshes) == 1
+
+
 def test_paths_of_trimesh_keep_their_edges() -> None:
     """A polyline is a mesh of edges, and comes back as a path."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]])
@@ -165,6 +180,133 @@ def test_pyvista_meshes_keep_everything_both_ways() -> None:
     meshes.add_mesh(line)
     assert meshes.current_mesh().edge_matrix().tolist() == [[0, 1], [1, 2]]
     np.testing.assert_array_equal(meshes.to_pyvista().lines, [2, 0, 1, 2, 1, 2])
+
+
+def test_a_mesh_comes_back_with_what_it_had_and_no_more(caplog: pytest.LogCaptureFixture) -> None:
+    """Colours of faces and texture coordinates come back, and no colours, scalars or normals that the mesh never had."""
+    vertices, faces = icosphere(1)
+    shades = np.random.default_rng(1).integers(0, 256, size=(len(faces), 4), dtype=np.uint8)
+    uv = np.random.default_rng(2).random((len(vertices), 2)).astype(np.float32)
+    looks = trimesh.visual.TextureVisuals(uv=uv)  # type: ignore[no-untyped-call]
+    meshes = MeshSet()
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, face_colors=shades, process=False))
+    np.testing.assert_array_equal(meshes.to_trimesh().visual.face_colors, shades)
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, visual=looks, process=False))
+    np.testing.assert_array_equal(meshes.to_trimesh().visual.uv, uv)
+    assert not meshes.to_trimesh().vertex_attributes
+    assert "cannot hold" not in caplog.text
+
+
+def test_a_cloud_without_normals_and_colours_gets_none() -> None:
+    """Open3D and PyVista see no normals, colours or scalars of a cloud that has none."""
+    o3d, pyvista = pytest.importorskip("open3d"), pytest.importorskip("pyvista")
+    meshes, said = MeshSet(), list[str]()
+    meshes.on_note = said.append
+    meshes.add_mesh(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(icosphere(1)[0])))
+    back = meshes.to_open3d()
+    assert (back.has_points(), back.has_normals(), back.has_colors()) == (True, False, False)
+    meshes.add_mesh(pyvista.PolyData(icosphere(1)[0]))
+    assert meshes.to_pyvista().point_data.keys() == []
+    assert said == []
+
+
+def test_other_packages_get_a_mesh_where_its_matrix_places_it(caplog: pytest.LogCaptureFixture) -> None:
+    """The matrix of a layer is applied to vertices and normals, and a note says so."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    meshes = MeshSet()
+    meshes.add_mesh(pyvista.PolyData.from_regular_faces(vertices, faces))
+    normals = meshes.to_pyvista().point_data["Normals"]
+    assert caplog.text == ""
+    matrix = np.array([[0.0, -3, 0, 7], [3, 0, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
+    meshes.set_matrix(transformmatrix=matrix, freeze=False)
+    np.testing.assert_array_equal(meshes.to_trimesh().vertices, vertices @ matrix[:3, :3].T + [7, 0, 0])
+    np.testing.assert_allclose(meshes.to_pyvista().point_data["Normals"], normals @ matrix[:3, :3].T / 3, atol=1e-12)
+    assert "the layer's matrix was applied to its coordinates, as other packages do not hold it" in caplog.text
+
+
+def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
+    """A quad beside a triangle becomes two triangles, each with its value, and a point set is a cloud."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices = icosphere(1)[0][:5]
+    mixed = pyvista.PolyData(vertices, faces=[3, 0, 1, 2, 4, 2, 3, 4, 1])
+    mixed.cell_data["part"] = [7.0, 8.0]
+    meshes = MeshSet()
+    meshes.add_mesh(mixed)
+    triangle, *halves = meshes.current_mesh().face_matrix().tolist()
+    assert (triangle, len(halves), {*halves[0], *halves[1]}) == ([0, 1, 2], 2, {1, 2, 3, 4})
+    assert meshes.to_pyvista().cell_data["part"].tolist() == [7.0, 8.0, 8.0]
+    found = taken(pyvista.PointSet(vertices))
+    np.testing.assert_array_equal(found.vertex_matrix(), vertices)
+    assert found.face_number() == 0
+
+
+def test_curves_of_paths_become_short_edges() -> None:
+    """A circle is a closed polyline of its length, and an arc joins the line at its end; no control point is left over."""
+    circle = trimesh.path.creation.circle(radius=2.0)  # type: ignore[no-untyped-call]
+    lines = trimesh.path.entities
+    points = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0], [2, -3, 0]])
+    hook = trimesh.path.Path3D([lines.Arc([0, 1, 2]), lines.Line([2, 3])], points, process=False)  # type: ignore[no-untyped-call]
+    for path, length, ends in ((circle, 4 * np.pi, []), (hook, np.pi + 3, [[0, 0, 0], [2, -3, 0]])):
+        mesh = taken(path)
+        vertices, edges = mesh.vertex_matrix(), mesh.edge_matrix()
+        assert np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1).sum() == pytest.approx(length, rel=2e-3)
+        uses = np.bincount(edges.ravel(), minlength=len(vertices))
+        assert sorted(vertices[uses == 1].tolist()) == ends
+        assert set(uses) <= {1, 2}
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.uint8, np.int64])
+def test_colours_of_pyvista_may_be_levels_of_any_type(kind: type, caplog: pytest.LogCaptureFixture) -> None:
+    """Levels from 0 to 255 are the same colours as floats and as whole numbers; what is beyond is named and not taken."""
+    pyvista = pytest.importorskip("pyvista")
+    cloud = pyvista.PolyData(icosphere(1)[0])
+    levels = np.random.default_rng(5).integers(0, 256, size=(42, 3))
+    cloud.point_data["rgb"] = levels.astype(kind)
+    np.testing.assert_allclose(255 * taken(cloud).vertex_color_matrix()[:, :3], levels, atol=0.01)
+    assert not caplog.text
+    cloud.point_data["rgb"] = levels.astype(np.uint16) * 257
+    taken(cloud)
+    assert "the colours are not taken, since they are neither from 0 to 1 nor from 0 to 255" in caplog.text
+
+
+def test_what_meshlab_does_not_take_is_named() -> None:
+    """Units and colours of paths of trimesh, texture coordinates and further values of Open3D, and field data of PyVista."""
+    o3d, pyvista = pytest.importorskip("open3d"), pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    ball = trimesh.Trimesh(vertices, faces, process=False)
+    ball.units = "mm"
+    path = trimesh.path.Path3D([trimesh.path.entities.Line([0, 1])], vertices[:2], process=False)  # type: ignore[no-untyped-call]
+    path.colors = [[255, 0, 0, 255]]
+    cloud = o3d.t.geometry.PointCloud(vertices)
+    cloud.point["intensity"] = np.zeros((42, 1))
+    mesh = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces))
+    mesh.triangle_uvs = o3d.utility.Vector2dVector(np.zeros((240, 2)))
+    scan = pyvista.PolyData(vertices)
+    scan.field_data["scanner"] = ["A"]
+    for given, note in (
+        (ball, "MeshLab does not take the unit of the mesh"),
+        (path, "MeshLab does not take the colours of the path"),
+        (cloud, "MeshLab does not take intensity, the point values of Open3D"),
+        (mesh, "of the Open3D mesh MeshLab does not take the texture coordinates"),
+        (scan, "MeshLab does not take the field data of PyVista"),
+    ):
+        meshes, said = MeshSet(), list[str]()
+        meshes.on_note = said.append
+        meshes.add_mesh(given)
+        assert said == [note]
+
+
+def test_other_packages_get_a_layer_that_its_matrix_flattens() -> None:
+    """A matrix without an inverse moves the vertices into a plane, and normals to its normal."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    meshes = MeshSet()
+    meshes.add_mesh(pyvista.PolyData.from_regular_faces(vertices, faces))
+    meshes.set_matrix(transformmatrix=np.diag([1.0, 1, 0, 1]), freeze=False)
+    back = meshes.to_pyvista()
+    np.testing.assert_array_equal(back.points, vertices * [1, 1, 0])
+    assert set(np.abs(back.point_data["Normals"][vertices[:, 2] != 0.0]).ravel()) == {0.0, 1.0}
 
 
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:

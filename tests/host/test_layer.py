@@ -124,3 +124,25 @@ def test_another_layer_can_be_read() -> None:
     assert layer.other(1).label == "ring"
     with pytest.raises(MeshError, match=r"there is no layer 5 .*0 'Box/Cube', 1 'ring'"):
         layer.other(5)
+
+
+def test_another_layer_is_placed_by_both_matrices() -> None:
+    """A filter finds another layer where MeshLab shows it, in the coordinates of the current one."""
+    meshes = MeshSet()
+    for _ in range(2):
+        meshes.add_mesh(pymeshlab.Mesh(*icosphere(3)))
+    away, twice = np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0])
+    away[0, 3] = 5.0
+    meshes.set_matrix(transformmatrix=away, freeze=False)
+    vertices = meshes.mesh(0).vertex_matrix()
+    assert np.array_equal(meshes._bench.current().other(0).vertices, vertices - away[:3, 3])
+    assert np.array_equal(meshes._bench.current().other(1).vertices, vertices)
+    found = meshes.apply_filter("compute_scalar_by_displacement_per_vertex", reference=0, signed=False)
+    assert found["mean_distance"] == pytest.approx(5.0, rel=1e-12)
+    found = meshes.apply_filter("compute_selection_by_distance_from_cloud_per_vertex", reference=0)
+    assert found["selected_vertices"] == 642
+    meshes.set_current_mesh(0)
+    meshes.set_matrix(transformmatrix=twice, freeze=False)
+    other = meshes._bench.current().other(1)
+    assert np.array_equal(other.vertices, (vertices + away[:3, 3]) / 2.0)
+    assert np.array_equal(other.other(0).vertices, vertices)

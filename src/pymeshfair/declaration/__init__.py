@@ -100,7 +100,7 @@ class Layer(Protocol):
         ...
 
     def other(self, mesh_id: int) -> Layer:
-        """Another layer of the mesh set; raises `MeshError` if no layer has this id."""
+        """Another layer, placed by its matrix in the coordinates of this one; raises `MeshError` if no layer has this id."""
         ...
 
 

@@ -3,15 +3,4 @@
 from .apply_edit import adds, apply_edit, as_layer, as_levels, checked_edit, moved
 from .mesh_data import MeshData, Source, Texture, View
 
-__all__ = [
-    "MeshData",
-    "Source",
-    "Texture",
-    "View",
-    "adds",
-    "apply_edit",
-    "as_layer",
-    "as_levels",
-    "checked_edit",
-    "moved",
-]
+__all__ = ["MeshData", "Source", "Texture", "View", "adds", "apply_edit", "as_layer", "as_levels", "checked_edit", "moved"]

@@ -97,6 +97,8 @@ class MeshData:
         for name in ("vertex_attributes", "face_attributes"):
             if not isinstance(getattr(self, name), LazyAttributes):
                 object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
+        if np.array_equal(self.matrix, np.eye(4)):  # type: ignore[arg-type]
+            object.__setattr__(self, "matrix", None)
 
     def with_attributes(
         self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
@@ -137,7 +139,8 @@ class MeshData:
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
-        turned = self.with_attributes({"normals": None if normals is None else normals @ np.linalg.inv(turn)}, {"normals": None})
+        inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # also of a matrix that flattens
+        turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     @cached_property
@@ -189,25 +192,11 @@ class MeshData:
         """(m, 4) from 0 to 1."""
         return _frozen(self._face_attribute("colors") / 255.0)
 
-    @property
-    def has_vertex_scalars(self) -> bool:
-        return "scalars" in self.vertex_attributes
-
-    @property
-    def has_vertex_colors(self) -> bool:
-        return "colors" in self.vertex_attributes
-
-    @property
-    def has_face_scalars(self) -> bool:
-        return "scalars" in self.face_attributes
-
-    @property
-    def has_face_colors(self) -> bool:
-        return "colors" in self.face_attributes
-
-    @property
-    def has_wedge_tex_coords(self) -> bool:
-        return "wedge_texture_coordinates" in self.face_attributes
+    has_vertex_scalars = property(lambda self: "scalars" in self.vertex_attributes)
+    has_vertex_colors = property(lambda self: "colors" in self.vertex_attributes)
+    has_face_scalars = property(lambda self: "scalars" in self.face_attributes)
+    has_face_colors = property(lambda self: "colors" in self.face_attributes)
+    has_wedge_tex_coords = property(lambda self: "wedge_texture_coordinates" in self.face_attributes)
 
     def _face_attribute(self, name: str) -> Array:
         if name not in self.face_attributes:
@@ -270,8 +259,13 @@ class View:
         return getattr(self._mesh, name)
 
     def other(self, mesh_id: int) -> Any:
-        """Returns another layer."""
-        return View(self._find(mesh_id), self._find)
+        """Returns another layer in the coordinates of this one: the matrices of both place it."""
+        mesh, own = self._find(mesh_id), self._mesh.matrix
+        if not np.array_equal(own, mesh.matrix):  # type: ignore[arg-type]
+            place, here = (np.eye(4) if matrix is None else matrix for matrix in (mesh.matrix, own))
+            to_here = np.linalg.solve(here, place).astype(np.float64)
+            mesh = replace(replace(mesh, matrix=to_here).without_matrix(), matrix=own)
+        return View(mesh, self._find)
 
 
 def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:

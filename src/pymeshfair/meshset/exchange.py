@@ -41,15 +41,27 @@ class Arrays:
     of_faces: Values = field(default_factory=dict)  # by name, each (m,) or (m, 3)
     lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
-    def omit(self, package: str, **contents: Any) -> None:
-        """Notes that a package cannot hold these contents, unless they are empty; _ in their names stands for a blank."""
+    def omit(self, reason: str, **contents: Any) -> None:
+        """Notes a reason and the names of these contents, of those that are not empty; _ in a name stands for a blank."""
         lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
         if lost:
-            self.lost.append(f"a mesh of {package} cannot hold the {', '.join(lost)}")
+            self.lost.append(f"{reason} the {', '.join(lost)}")
+
+    def rgba(self, colors: Any, count: int) -> Floats | None:
+        """Returns (count, 4) colours with opacity, from 0 to 1; None for another number of them, or, with a note, for others."""
+        values = np.asarray(colors)
+        if values.ndim != 2 or len(values) != count or count == 0:
+            return None
+        scaled = values / (255.0 if values.dtype.kind in "ui" or values.max() >= 2.0 else 1.0)
+        if not (scaled.min() >= -1e-6 and scaled.max() <= 1.0 + 1e-6):
+            self.lost.append("the colours are not taken, since they are neither from 0 to 1 nor from 0 to 255: scale them")
+            return None
+        scaled = np.clip(scaled, 0.0, 1.0)
+        return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
 
 
 def as_meshlab(arrays: Arrays) -> Any:
-    """Returns a `pymeshlab.Mesh`; of `of_vertices` and `of_faces` it has only the scalars, `add_values` adds the others."""
+    """Returns a `pymeshlab.Mesh`; of `of_vertices` and `of_faces` it has only the scalars, see `custom_values`."""
     scalars = [values.get(_SCALAR) for values in (arrays.of_vertices, arrays.of_faces)]
     optional = {
         "v_normals_matrix": arrays.normals if not len(arrays.faces) else None,
@@ -63,36 +75,47 @@ def as_meshlab(arrays: Arrays) -> Any:
     return pymeshlab.Mesh(arrays.vertices, arrays.faces, **existing)
 
 
-def add_values(mesh: Any, arrays: Arrays) -> None:
-    """Adds values as custom attributes to a mesh, which must be in a mesh set: else the values would refer to freed memory."""
-    for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
-        add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
+def custom_values(arrays: Arrays) -> dict[tuple[str, str], Floats]:
+    """Returns the values that become custom attributes, by element and name, each (n,); raises `ForeignMeshError`."""
+    found: dict[tuple[str, str], Floats] = {}
+    for element, values, rows in (("vertex", arrays.of_vertices, arrays.vertices), ("face", arrays.of_faces, arrays.faces)):
+        taken: set[str] = set()
         for name, array in values.items():
+            if array.shape[:1] != (len(rows),):
+                raise ForeignMeshError(
+                    f"the {element} values {name!r} have the shape {array.shape}, but there must be a row for each {element} of "
+                    f"the mesh, {len(rows):,}: correct them, or leave them out"
+                )
             if (name == _SCALAR and array.ndim == 1) or name.lower() in _NORMALS:
                 continue
             if array.dtype.kind not in "fiub" or array.shape[1:] not in ((), (3,)):
                 arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
-            elif array.ndim == 1:
-                add(_numbers(array), _attribute_name(name))
-            else:  # MeshLab's expressions would read freed memory from an attribute of vectors
-                for axis, column in zip("xyz", array.T, strict=True):
-                    add(_numbers(column), _attribute_name(f"{name}_{axis}"))
+                continue
+            # MeshLab's expressions would read freed memory from an attribute of vectors
+            columns = {name: array} if array.ndim == 1 else {f"{name}_{axis}": array[:, i] for i, axis in enumerate("xyz")}
+            found |= {(element, _attribute_name(key, taken)): _numbers(column) for key, column in columns.items()}
+    return found
 
 
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """Returns the arrays of the current layer, `mesh`; the images of textures stay out: pymeshlab only saves them to files."""
-    normals = unit_vectors(_numbers(mesh.vertex_normal_matrix()))  # MeshLab's normals are no unit vectors
-    arrays = Arrays(mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix(), normals)
-    if mesh.has_vertex_color():
-        arrays.colors = mesh.vertex_color_matrix()
-    if len(arrays.faces) and mesh.has_face_color():
-        arrays.face_colors = mesh.face_color_matrix()
+    layer = bench.current()
+    placed = layer.without_matrix()
+    arrays = Arrays(placed.vertices.copy(), placed.faces.copy(), placed.edges.copy())
+    if placed.vertex_normals.any():
+        arrays.normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
+    if layer.matrix is not None:
+        arrays.lost.append("the layer's matrix was applied to its coordinates, as other packages do not hold it")
+    if (placed.vertex_colors < 1.0).any():  # a mesh from arrays has white, and scalars of 0, in place of none
+        arrays.colors = placed.vertex_colors.copy()
+    if len(arrays.faces) and placed.has_face_colors:
+        arrays.face_colors = placed.face_colors.copy()
     if mesh.has_vertex_tex_coord():
         arrays.uv = mesh.vertex_tex_coord_matrix()
-    if mesh.has_vertex_scalar():
-        arrays.of_vertices[_SCALAR] = mesh.vertex_scalar_array()
-    if len(arrays.faces) and mesh.has_face_scalar():
-        arrays.of_faces[_SCALAR] = mesh.face_scalar_array()
+    if placed.vertex_scalars.any():
+        arrays.of_vertices[_SCALAR] = placed.vertex_scalars.copy()
+    if len(arrays.faces) and placed.has_face_scalars:
+        arrays.of_faces[_SCALAR] = placed.face_scalars.copy()
     for element, name, values in custom_attributes(bench, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
@@ -100,10 +123,14 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     return arrays
 
 
-def _attribute_name(name: str) -> str:
-    """Returns a name that MeshLab's expressions accept: an attribute with any other name makes all of them fail."""
+def _attribute_name(name: str, taken: set[str]) -> str:
+    """Returns a name that MeshLab's expressions accept, also if its letters are small, and adds that to the names `taken`."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
+    plain = plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
+    while plain in _VARIABLES or plain.lower() in taken:
+        plain += "_"
+    taken.add(plain.lower())
+    return plain
 
 
 def to_trimesh(arrays: Arrays) -> Any:
@@ -113,20 +140,22 @@ def to_trimesh(arrays: Arrays) -> Any:
     if len(arrays.faces):
         visuals: dict[str, Any] = {"vertex_colors": colors}
         if colors is not None:
-            arrays.omit("trimesh with colours of vertices", texture_coordinates=arrays.uv, colours_of_faces=arrays.face_colors)
+            others = {"texture_coordinates": arrays.uv, "colours_of_faces": arrays.face_colors}
+            arrays.omit("a mesh of trimesh with colours of vertices cannot hold", **others)
         elif arrays.uv is not None:
             visuals = {"visual": trimesh.visual.TextureVisuals(uv=arrays.uv)}
+            arrays.omit("a mesh of trimesh with texture coordinates cannot hold", colours_of_faces=arrays.face_colors)
         elif arrays.face_colors is not None:
             visuals = {"face_colors": as_levels(arrays.face_colors)}
-        arrays.omit("trimesh", edges=arrays.edges)
+        arrays.omit("a mesh of trimesh cannot hold", edges=arrays.edges)
         result = trimesh.Trimesh(arrays.vertices, arrays.faces, process=False, **visuals)
         result.vertex_attributes.update(arrays.of_vertices)
         result.face_attributes.update(arrays.of_faces)
         return result
-    arrays.omit("trimesh without faces", values_of_vertices=arrays.of_vertices)
+    arrays.omit("a mesh of trimesh without faces cannot hold", values_of_vertices=arrays.of_vertices)
     if not len(arrays.edges):
         return trimesh.PointCloud(arrays.vertices, colors=colors)
-    arrays.omit("trimesh with edges alone", colours=colors)
+    arrays.omit("a mesh of trimesh with edges alone cannot hold", colours=colors)
     path = importlib.import_module("trimesh.path")
     lines = [path.entities.Line(edge) for edge in arrays.edges]
     return path.Path3D(entities=lines, vertices=arrays.vertices, process=False)
@@ -146,7 +175,7 @@ def to_open3d(arrays: Arrays) -> Any:
     if not cloud:
         result.triangles = o3d.utility.Vector3iVector(arrays.faces)
     arrays.omit(
-        "Open3D",
+        "a mesh of Open3D cannot hold",
         edges=arrays.edges,
         texture_coordinates=arrays.uv,
         colours_of_faces=arrays.face_colors,
@@ -162,15 +191,14 @@ def to_pyvista(arrays: Arrays) -> Any:
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
     cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
     result = pyvista.PolyData(arrays.vertices, **cells)
-    result.point_data["Normals"] = arrays.normals
-    for name, values in arrays.of_vertices.items():
-        result.point_data[name] = values
-    if arrays.colors is not None:
-        result.point_data["RGBA"] = as_levels(arrays.colors)
+    if arrays.normals is not None:
+        result.point_data["Normals"] = arrays.normals
+    for of_elements, colors in ((arrays.of_vertices, arrays.colors), (arrays.of_faces, arrays.face_colors)):
+        if colors is not None:
+            of_elements["RGBA"] = as_levels(colors)
+    result.point_data.update(arrays.of_vertices)
     if arrays.uv is not None:
         result.active_texture_coordinates = arrays.uv
-    if arrays.face_colors is not None:
-        arrays.of_faces["RGBA"] = as_levels(arrays.face_colors)
     for name, values in arrays.of_faces.items():  # the cells of lines precede those of faces, and get 0
         result.cell_data[name] = np.concatenate([np.zeros((len(arrays.edges), *values.shape[1:]), values.dtype), values])
     return result
@@ -179,7 +207,11 @@ def to_pyvista(arrays: Arrays) -> Any:
 def arrays_of(mesh: Any) -> Arrays:
     """Returns the arrays of a mesh of trimesh, Open3D or PyVista; raises `ForeignMeshError` for other objects."""
     if hasattr(mesh, "to_legacy"):  # a tensor mesh of Open3D
-        mesh = mesh.to_legacy()
+        arrays, kept = arrays_of(mesh.to_legacy()), {"positions", "normals", "colors", "indices", "texture_uvs"}
+        for part in ("point", "vertex", "triangle"):
+            names = {name for name, _ in getattr(mesh, part, {}).items()} - (kept - {"colors"} if part == "triangle" else kept)
+            arrays.omit(f"MeshLab does not take {', '.join(sorted(names))},", **{f"{part}_values_of_Open3D": names})
+        return arrays
     if hasattr(mesh, "GetPointData"):
         return _of_pyvista(mesh)
     if hasattr(mesh, "geometry") and hasattr(mesh, "graph"):
@@ -207,19 +239,23 @@ def _of_scene(scene: Any) -> Arrays:
 def _of_trimesh(mesh: Any) -> Arrays:
     points = _numbers(mesh.vertices)
     arrays = Arrays(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))  # a Path may be two-dimensional
+    arrays.omit("MeshLab does not take", unit_of_the_mesh=getattr(mesh, "units", None))
     if hasattr(mesh, "vertex_nodes"):  # a Path
+        arrays.omit("MeshLab does not take", colours_of_the_path=mesh.colors)
         arrays.edges = _indices(mesh.vertex_nodes)
+        if any(type(entity).__name__ not in ("Line", "Text") for entity in mesh.entities):
+            arrays.vertices, arrays.edges = _polylines(mesh, arrays.vertices)
         return arrays
     if not hasattr(mesh, "faces"):  # a PointCloud
-        arrays.colors = _rgba(getattr(mesh, "colors", ()), len(arrays.vertices))
+        arrays.colors = arrays.rgba(getattr(mesh, "colors", ()), len(arrays.vertices))
         return arrays
     arrays.faces = _indices(mesh.faces)
     visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
-        arrays.colors = _rgba(visual.vertex_colors, len(arrays.vertices))
+        arrays.colors = arrays.rgba(visual.vertex_colors, len(arrays.vertices))
     elif kind == "face":
-        arrays.face_colors = _rgba(visual.face_colors, len(arrays.faces))
+        arrays.face_colors = arrays.rgba(visual.face_colors, len(arrays.faces))
     elif kind == "texture" and getattr(visual, "uv", None) is not None:
         arrays.uv = _numbers(visual.uv)
         material = getattr(visual, "material", None)
@@ -230,21 +266,32 @@ def _of_trimesh(mesh: Any) -> Arrays:
     return arrays
 
 
+def _polylines(path: Any, points: Floats) -> tuple[Floats, Ints]:
+    """Returns vertices and edges of a Path with curves, which trimesh divides into short edges; equal ends become one vertex."""
+    runs = [run for entity in path.entities if len(run := entity.discrete(points, scale=path.scale))]
+    places = np.concatenate(runs)
+    starts = np.delete(np.arange(len(places)), np.cumsum([len(run) for run in runs]) - 1)
+    first, number = importlib.import_module("trimesh").grouping.unique_rows(places / path.scale)
+    return places[first], _indices(number[np.column_stack([starts, starts + 1])])
+
+
 def _of_open3d(mesh: Any) -> Arrays:
     cloud = not hasattr(mesh, "triangles")
-    vertices = _numbers(mesh.points if cloud else mesh.vertices)
-    arrays = Arrays(vertices, colors=_rgba(mesh.colors if cloud else mesh.vertex_colors, len(vertices)))
-    if cloud and len(mesh.normals) == len(vertices) > 0:
-        arrays.normals = _numbers(mesh.normals)
+    arrays = Arrays(_numbers(mesh.points if cloud else mesh.vertices))
+    arrays.colors = arrays.rgba(mesh.colors if cloud else mesh.vertex_colors, len(arrays.vertices))
     if not cloud:
         arrays.faces = _indices(mesh.triangles)
-        arrays.lost += ["the texture of the Open3D mesh is not taken"] if len(getattr(mesh, "textures", ())) else []
+        contents = {"texture": getattr(mesh, "textures", ()), "texture_coordinates": getattr(mesh, "triangle_uvs", ())}
+        arrays.omit("of the Open3D mesh MeshLab does not take", **contents)
+    elif len(mesh.normals) == len(arrays.vertices) > 0:
+        arrays.normals = _numbers(mesh.normals)
     return arrays
 
 
 def _of_pyvista(mesh: Any) -> Arrays:
-    if not hasattr(mesh, "regular_faces"):
-        mesh = mesh.extract_surface()
+    fields = mesh.field_data.keys()
+    if not hasattr(type(mesh), "regular_faces"):  # of a mesh with quads the property raises an error
+        mesh = mesh.cast_to_polydata() if hasattr(mesh, "cast_to_polydata") else mesh.extract_surface()
     lines, edges = np.asarray(mesh.lines), [np.zeros((0, 2), dtype=np.int32)]
     while len(lines):
         count = int(lines[0])
@@ -262,15 +309,15 @@ def _of_pyvista(mesh: Any) -> Arrays:
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
     normals = _pop(arrays.of_vertices, _NORMALS, (3,))
     arrays.normals = None if normals is None else _numbers(normals)
-    arrays.colors = _rgba(_pop(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
-    arrays.face_colors = _rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
+    arrays.colors = arrays.rgba(_pop(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
+    arrays.face_colors = arrays.rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
+    arrays.omit("MeshLab does not take", field_data_of_PyVista=fields)
     return arrays
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
     """Removes and returns the first array with one of these names and one of these numbers of columns; None if there is none."""
-    fitting = (name for name, a in values.items() if name.lower() in names and a.ndim == 2 and a.shape[1] in columns)
-    name = next(fitting, None)
+    name = next((n for n, a in values.items() if n.lower() in names and a.ndim == 2 and a.shape[1] in columns), None)
     return None if name is None else values.pop(name)
 
 
@@ -280,15 +327,6 @@ def _numbers(values: Any) -> Floats:
 
 def _indices(values: Any) -> Ints:
     return np.ascontiguousarray(values, dtype=np.int32)
-
-
-def _rgba(colors: Any, count: int) -> Floats | None:
-    """Returns (count, 4) colours with opacity, from 0 to 1; None if their number is not `count`."""
-    values = np.asarray(colors)
-    if values.ndim != 2 or len(values) != count or count == 0:
-        return None
-    scaled = values / 255.0 if values.dtype.kind in "ui" else values.astype(np.float64)
-    return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
 
 
 def _values(values: Any) -> Values:

@@ -25,22 +25,16 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Finds and applies filters of MeshLab and of plugins.
-
-    In steps, layers have the ids that they would have if helper layers had never existed, see `Workbench.without_helpers`.
-    Filters of plugins call `on_progress` and `on_note` of the mesh set if it has them.
-    """
+    """Finds and applies filters of MeshLab and of plugins; in steps, layers have the ids of `Workbench.without_helpers`."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench
         self._builtins = BuiltinFilters(bench.meshset, bench.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
-        """Applies a filter with unchecked values.
+        """Applies a filter with unchecked values; returns its report, and the step with all values used.
 
-        Returns:
-            Its report, and the step with all values used; None in place of the step for a filter of a C++ plugin that the user
-            loaded into MeshLab, since scripts cannot name such a filter.
+        There is no step for a filter of a C++ plugin that the user loaded into MeshLab, since scripts cannot name it.
         """
         declared = known_filter(filter_name)
         if declared is None:

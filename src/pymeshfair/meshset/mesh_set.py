@@ -84,12 +84,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def apply_step(self, step: Step) -> dict[str, Any]:
-        """Applies a step of a script to the current mesh, and does not add it to the filter script.
+        """Applies a step of a script like `apply_filter`, and does not add it to the filter script.
 
         Layer ids in the step count without the gaps that helper layers leave, so that a script has the same meaning at any time.
-
-        Raises:
-            pymeshlab.PyMeshLabException: as in `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
 
@@ -101,11 +98,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.values(filter_name, kwargs)
 
     def load_filter_script(self, filter_script_name: str) -> None:
-        """Replaces the current filter script by the script of an .mlx file.
-
-        Raises:
-            ScriptError: the script is wrong; lists every problem. The current script stays.
-        """
+        """Replaces the current filter script by that of an .mlx file, or keeps it and raises `ScriptError` with every problem."""
         self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:
@@ -118,11 +111,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._script.apply(self.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
-        """Writes the current filter script to an .mlx file, with the value of every parameter.
-
-        Raises:
-            PymeshfairError: the file cannot be written.
-        """
+        """Writes the current filter script to an .mlx file, with all values, or raises `PymeshfairError` if it cannot."""
         self._script.save(filter_script_name, self._bench.current())
 
     def clear_filter_script(self) -> None:
@@ -151,11 +140,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self.apply_script(loaded.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
-        """Applies all steps of a script to the current mesh, and adds them to the filter script; returns their reports.
-
-        Raises:
-            ScriptStepFailedError: a step failed; mesh and filter script are as they were after the last complete step.
-        """
+        """Applies all steps of a script, adds them to the filter script, and returns their reports; fails like `apply_recipe`."""
         results: list[dict[str, Any]] = []
 
         def apply(step: Step) -> None:
@@ -167,11 +152,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
-        """Makes the layer with this id the current layer.
-
-        Raises:
-            UnknownLayerError: there is no such layer; pymeshlab would continue without a current mesh.
-        """
+        """Makes the layer with this id current, or raises `UnknownLayerError`: pymeshlab would go on without a current mesh."""
         self._bench.check(new_curr_id)
         BASE.set_current_mesh(self, new_curr_id)
 
@@ -181,13 +162,16 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         A note, see `on_note`, names contents that MeshLab does not take.
 
         Raises:
-            ForeignMeshError: `mesh` is no mesh of these packages.
+            ForeignMeshError: `mesh` is no mesh of these packages, or has values for more or fewer vertices or faces than it has.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = exchange.arrays_of(mesh)
+        values = exchange.custom_values(arrays)
         result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
-        exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        layer = max(BASE.__iter__(self), key=lambda layer: int(layer.id()))
+        for (element, name), numbers in values.items():  # in a mesh outside of a mesh set they would refer to freed memory
+            getattr(layer, f"add_{element}_custom_scalar_attribute")(numbers, name)
         self._filters.note(arrays.lost)
         return result
 
@@ -195,6 +179,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
         A note, see `on_note`, names contents that trimesh does not take; `to_open3d` and `to_pyvista` send such notes, too.
+        All three count vertices that are all white as uncoloured, and scalars that are all 0 as none.
         """
         return self._exported(exchange.to_trimesh)
 

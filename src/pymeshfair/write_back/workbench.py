@@ -120,6 +120,7 @@ class Workbench:
             edges=read_array(mesh, "edges"),
             vertex_attributes=LazyAttributes(vertex),
             face_attributes=LazyAttributes(face),
+            matrix=np.array(mesh.transform_matrix()),
             label=mesh.label(),
         )
 
