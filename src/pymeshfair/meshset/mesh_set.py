@@ -115,7 +115,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             ScriptStepFailedError: a step failed; the message names the step with file and line. The mesh is as it was after the
                 last complete step.
         """
-        self._script.apply(self.apply_step)
+        self._script.apply(self._filters.apply_step)
 
     def save_filter_script(self, filter_script_name: str) -> None:
         """Writes the current filter script to an .mlx file, with the value of every parameter.
@@ -123,7 +123,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         Raises:
             PymeshfairError: the file cannot be written.
         """
-        self._script.save(filter_script_name, self._bench.current())
+        self._script.save(filter_script_name, self._bench.current)
 
     def clear_filter_script(self) -> None:
         """Empties the current filter script."""
@@ -158,10 +158,11 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """
         results: list[dict[str, Any]] = []
 
-        def apply(step: Step) -> None:
+        def apply(step: Step) -> tuple[object, Step]:
             result, done = self._filters.apply_step(step)
             results.append(result)
             self._script.steps.append(done)
+            return result, done
 
         filter_runner.ScriptLog(script).apply(apply)
         return results

@@ -112,9 +112,11 @@ class Step:
     line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1; None without a file
     tag: str = ""  # a name, which several steps of a recipe may share; may be empty
     settings: Mapping[str, str] = field(default_factory=dict)  # by Python parameter name, the setting that gives the value
+    #: diagonal and mean edge of the mesh that it ran on, for the absolute lengths in a file; None if they are not known
+    size: tuple[float, float] | None = field(default=None, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings)
+        return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings, self.size)
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values, after a check; its other values stay."""
