@@ -206,7 +206,8 @@ which has to be accepted. Two things cannot be seen in the names:
   result is current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.
 * After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets `Selected=false`.
 
-`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.
+`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size, as measured before their
+step: the steps before it are run. Each changed length is listed.
 
 Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning,
 and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs

@@ -55,7 +55,7 @@ def test_a_session_becomes_a_script_that_does_the_same(tmp_path: Path) -> None:
 
 
 def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
-    """What was given in percent or edges is written so, beside the length on the mesh of its step; MeshLab's defaults likewise."""
+    """What was given in percent or edges is written so, beside the length on the step's mesh; MeshLab's defaults likewise."""
     meshes = ball()
     diagonal = meshes._bench.current().diagonal
     meshes.apply_coord_implicit_fairing(detail_size="20%")

@@ -1,5 +1,6 @@
 """Reads and measures mesh files for commands that change no file, and runs filters on a mesh for the values that they report."""
 
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ from ..recipe import Recipe
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
+from ..scripts.warnings import check_needs
 from .job import Event, Job, StepReport, plain
 from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
@@ -122,12 +124,38 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
     """For each step its relative lengths in mesh units, by parameter, found by running the steps on the mesh file."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
-    reports: Sequence[StepReport] = ()
-    if count:
-        with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
-            first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
-            reports = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
+    advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"
+    reports = _reports(script, steps[:count], path, advice)
     lengths = [
         {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, reports, strict=False)
     ]
     return [*lengths, *({} for _ in steps[count:])]
+
+
+def diagonals_on_mesh(script: Script, path: Path) -> dict[int, float]:
+    """By index of each step that has lengths, the diagonal of the mesh before it, found by running the steps on the mesh file."""
+    measuring, steps, places = Step(find_filter("get_geometric_measures")), list[Step](), dict[int, int]()
+    for index, step in enumerate(script.steps):
+        if any(isinstance(value, Length) and value.amount for value in step.values.values()):
+            places[index] = len(steps)
+            steps.append(measuring)
+        steps.append(step)
+    advice = '--relative-to runs the steps on one mesh alone: leave it out, and write lengths such as relative="1%" by hand'
+    reports = _reports(script, steps[: max(places.values(), default=-1) + 1], path, advice)
+    diagonals = {index: math.dist(*reports[place].values["bbox"]) for index, place in places.items()}
+    for index, diagonal in diagonals.items():
+        if not diagonal > 0:
+            words = f"before step {index + 1} all points are in one place, so that no length can be relative to the mesh's size"
+            raise InputError(path, words)
+    return diagonals
+
+
+def _reports(script: Script, steps: Sequence[Step], path: Path, advice: str) -> Sequence[StepReport]:
+    """The reports of these steps of a script on a mesh file; `advice` says what to do if they need more layers."""
+    if not steps:
+        return ()
+    name = "script" if script.path is None else script.path.stem
+    first = replace(script, steps=tuple(steps), guards=NO_GUARDS)
+    check_needs(first, layers=1, advice=advice)
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-measured-") as folder:
+        return run_job(Job(Recipe(name, first), path, Path(folder) / "mesh.ply", measures=False)).steps

@@ -17,6 +17,7 @@ from ..registry import find_filter
 from .read import SECOND_DOCUMENT_TYPE, SLIP, FilterElement, ParamElement, build_script, parse_document, same_but_case
 from .script import Change, Script, Step
 from .values import OLD_TYPES, Attributes, parsed, spelled, type_complaints
+from .write import NOMINAL_EDGE
 
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
@@ -261,11 +262,17 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
             yield index
 
 
-def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with absolute lengths converted to percent of the diagonal of its mesh; 0 stays 0."""
-
-    def relative(step: Step) -> Step:
-        lengths = {n: v for n, v in step.values.items() if isinstance(v, Length) and v.unit == "absolute" and v.amount}
-        return step.with_checked({n: Length(100.0 * v.amount / diagonal, "percent") for n, v in lengths.items()})
-
-    return script.with_steps(map(relative, script.steps))
+def relative_script(upgraded: Upgrade, diagonals: Mapping[int, float]) -> Upgrade:
+    """The script with absolute lengths in percent of the diagonal, given by index of the step, of the mesh before; 0 stays 0."""
+    steps, changes = list(upgraded.script.steps), list(upgraded.changes)
+    for index, diagonal in diagonals.items():
+        step = steps[index]
+        for name, old in step.values.items():
+            if isinstance(old, Length) and old.unit == "absolute" and old.amount:
+                new = Length(100.0 * old.amount / diagonal, "percent")
+                what = f"is {new.amount:.6g}% of the diagonal {diagonal:.6g} now, was {old.amount:g}"
+                parameter = step.filter.parameter(name).xml_name
+                changes.append(Change(line=step.line or 0, filter=step.filter.name, parameter=parameter, what=what))
+                steps[index] = steps[index].with_checked({name: new})
+        steps[index] = replace(steps[index], size=(diagonal, NOMINAL_EDGE))
+    return Upgrade(upgraded.script.with_steps(steps), tuple(sorted(changes, key=lambda change: change.line)))
