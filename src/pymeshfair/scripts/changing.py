@@ -15,12 +15,13 @@ from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
-    """The script with the values of `overrides` in place of its own values; of two texts for one parameter, the later one wins.
+    """The script with the values of `overrides` in place of its own values.
 
+    Of two texts for one parameter that for a step goes over that for a setting, in any order; of equal ones the later one wins.
     A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have;
     the step's number, from 1; or a filter's name or a part of it that fits one step. `parse_value` says how VALUE is written.
     """
-    for text in overrides:
+    for text in sorted(overrides, key=lambda text: "." in text.partition("=")[0]):
         place, equals, value = text.partition("=")
         step_name, dot, name = (part.strip() for part in place.rpartition("."))
         if not equals or not name or bool(dot) != bool(step_name) or not (dot or script.settings):
