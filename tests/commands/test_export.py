@@ -91,7 +91,7 @@ def test_lengths_are_those_of_the_mesh_that_the_step_meets(tmp_path: Path) -> No
 
 
 def test_the_steps_that_are_measured_have_the_name_of_their_recipe(sphere: Path, tmp_path: Path) -> None:
-    """The error about a mesh names the recipe for clouds; advice for one that needs a second mesh is advice that export can take."""
+    """The error about a mesh names the recipe for clouds; advice for one that needs two meshes is advice that export can take."""
     refused = invoke("export", "cloud_to_mesh", "-o", tmp_path / "plain.mlx", "--for", sphere)
     assert refused.exit_code != 0
     assert "cloud_to_mesh is for clouds of points" in refused.stderr

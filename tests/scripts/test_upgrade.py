@@ -324,6 +324,16 @@ def test_lengths_become_parts_of_the_mesh_they_were_made_for() -> None:
     assert relative_script(relative_script(upgraded(data), {0: 40.0}), {0: 7.0}).script.steps == (step,)
 
 
+def test_comments_that_are_not_kept_are_told() -> None:
+    """The head stays; those between the steps, within one and at the end are one change, at the line of the first."""
+    step = '<filter name="Taubin Smooth"/>'
+    kept, lost = b"<!-- head -->", b"<!-- end -->"
+    found = upgraded(kept + script(step, "<!-- between -->", '<filter name="Taubin Smooth"><!-- within --></filter>') + lost)
+    assert found.script.comment == "head"
+    assert list(map(str, found.changes)) == ["line 4: comments between the steps and at the end are left out (3) (same meaning)"]
+    assert upgraded(kept + script(step)).changes == ()
+
+
 OLD = script(
     '<filter name="Remove Duplicated Vertex"/>',
     f'<filter name="{REPAIR} by splitting vertices"/>',

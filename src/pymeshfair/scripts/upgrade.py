@@ -49,6 +49,9 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
     if single != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
     document = parse_document(single, name)
+    if lines := document.later_comments:
+        what = f"comments between the steps and at the end are left out ({len(lines)})"
+        changes.append(Change(line=lines[0], filter="", what=what))
     filters: list[FilterElement] = []
     aged, always_current = False, set[int]()
     for element in document.filters:
