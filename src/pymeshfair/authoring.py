@@ -38,8 +38,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are equal, with defaults for left-out values: steps, values, settings, tags, comment,
-    limits and unit.
+    Two recipes are equal if their scripts are equal; a value that is left out is its default.
     """
 
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
@@ -119,10 +118,7 @@ class Recipe(FilterMethods):
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Applies all steps to the current mesh of a mesh set; returns the report of each step. Limits are not checked.
-
-        Adds the steps to the filter script of the mesh set. If a step fails, the mesh keeps the result of the last complete step.
-        """
+        """Applies all steps to the current mesh of a mesh set, by its `apply_script`; limits are not checked."""
         return meshes.apply_script(self.script)
 
     def run(self, input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> RunResult:
@@ -167,10 +163,8 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`.
-
-    Raises:
-        PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`. A run that
+        fails raises a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
     from .running import job, supervise
 

@@ -65,7 +65,7 @@ def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_pat
         seen.append(step)
         return None, step
 
-    log.apply(see)
+    list(log.apply(see))
     assert [step.filter.name for step in seen] == ["Taubin Fairing", "Taubin Smooth"]
 
     def fail(step: Step) -> tuple[None, Step]:
@@ -74,5 +74,5 @@ def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_pat
         return None, step
 
     with pytest.raises(StepFailedError, match=r"^step 2 of 2, 'Taubin Smooth' \(two.mlx:3\): no$"):
-        log.apply(fail)
+        list(log.apply(fail))
     assert ScriptLog.of(None).steps == []

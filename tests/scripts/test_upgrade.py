@@ -317,11 +317,11 @@ def test_a_leftover_selection_is_not_worked_on() -> None:
 def test_lengths_become_parts_of_the_mesh_they_were_made_for() -> None:
     """A length of 2 on a mesh with a diagonal of 40 is 5 %; 0 stays 0, and so does a length that is relative."""
     data = one_filter("Merge Close Vertices", '<Param type="RichAbsPerc" name="Threshold" value="2" min="0" max="40"/>')
-    (step,) = relative_script(upgraded(data), {0: 40.0}).script.steps
+    (step,) = relative_script(upgraded(data), [40.0]).script.steps
     assert step.values == {"threshold": Length(5.0, "percent")}
-    zero = relative_script(upgraded(data.replace(b'value="2"', b'value="0"')), {0: 40.0})
+    zero = relative_script(upgraded(data.replace(b'value="2"', b'value="0"')), [40.0])
     assert zero.script.steps[0].values == {"threshold": Length(0.0)}
-    assert relative_script(relative_script(upgraded(data), {0: 40.0}), {0: 7.0}).script.steps == (step,)
+    assert relative_script(relative_script(upgraded(data), [40.0]), [7.0]).script.steps == (step,)
 
 
 def test_comments_that_are_not_kept_are_told() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,11 +37,9 @@ class FilterRunner:
         self._builtins = BuiltinFilters(bench.meshset, bench.current)
 
     def apply(self, filter_name: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
-        """Applies a filter with unchecked values.
+        """Applies a filter with unchecked values; returns its report, and the step with all values used.
 
-        Returns:
-            Its report, and the step with all values used; None in place of the step for a filter of a C++ plugin that the user
-            loaded into MeshLab, since scripts cannot name such a filter.
+        There is no step for a filter of a C++ plugin that the user loaded into MeshLab, since scripts cannot name such a filter.
         """
         declared = known_filter(filter_name)
         if declared is None:
@@ -136,15 +134,17 @@ class ScriptLog:
         """Reads the script of an .mlx file; without a file the script is empty."""
         return cls(Script(()) if file is None else read_script(file))
 
-    def apply(self, apply_step: Callable[[Step], tuple[object, Step]]) -> None:
-        """Applies each step in turn, and keeps its size; raises `ScriptStepFailedError` if a step fails."""
+    def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
+        """Applies each step in turn, yields its result, and keeps its size; raises `ScriptStepFailedError` if a step fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
-                self.steps[number - 1] = replace(step, size=apply_step(step)[1].size)
-            except Exception as error:  # noqa: PERF203
+                result, done = apply_step(step)
+            except Exception as error:
                 file = self._file if step.line is not None else None
                 place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
                 raise ScriptStepFailedError(place, reason(error)) from error
+            self.steps[number - 1] = replace(step, size=done.size)
+            yield result, done
 
     def save(self, file: str, current: Callable[[], Layer]) -> None:
         """Writes the steps to an .mlx file; steps that were not applied have their absolute lengths from the current layer."""

@@ -53,11 +53,8 @@ def read_mesh(
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
     `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None
-    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
-
-    Raises:
-        InputError: the file cannot be read.
-        RunError: MeshLab crashed while it read the file.
+    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning. Raises `InputError` for a file
+    that cannot be read, and `RunError` if MeshLab crashed over it.
     """
     path = Path(path).absolute()
     if unchecked and extension(path) in UNCHECKED:
@@ -121,32 +118,24 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """For each step its relative lengths in mesh units, by parameter, found by running the steps on the mesh file."""
+    """By parameter, the relative lengths of each step, to the last that has any, in mesh units, found by running the steps."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"
-    reports = _reports(script, steps[:count], path, advice)
-    lengths = [
-        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, reports, strict=False)
-    ]
-    return [*lengths, *({} for _ in steps[count:])]
+    reports = zip(steps, _reports(script, steps[:count], path, advice), strict=False)
+    return [{name: Length(report.parameters[name]) for name in step.relative_lengths} for step, report in reports]
 
 
-def diagonals_on_mesh(script: Script, path: Path) -> dict[int, float]:
-    """By index of each step that has lengths, the diagonal of the mesh before it, found by running the steps on the mesh file."""
-    measuring, steps, places = Step(find_filter("get_geometric_measures")), list[Step](), dict[int, int]()
-    for index, step in enumerate(script.steps):
-        if any(isinstance(value, Length) and value.amount for value in step.values.values()):
-            places[index] = len(steps)
-            steps.append(measuring)
-        steps.append(step)
+def diagonals_on_mesh(script: Script, path: Path) -> list[float]:
+    """The diagonal of the mesh before each step, to the last that has lengths, found by running the steps on the mesh file."""
+    with_lengths = (i for i, step in enumerate(script.steps, 1) if any(isinstance(v, Length) for v in step.values.values()))
+    measuring, count = Step(find_filter("get_geometric_measures")), max(with_lengths, default=0)
+    steps = [each for step in script.steps[:count] for each in (measuring, step)][:-1]
     advice = '--relative-to runs the steps on one mesh alone: leave it out, and write lengths such as relative="1%" by hand'
-    reports = _reports(script, steps[: max(places.values(), default=-1) + 1], path, advice)
-    diagonals = {index: math.dist(*reports[place].values["bbox"]) for index, place in places.items()}
-    for index, diagonal in diagonals.items():
-        if not diagonal > 0:
-            words = f"before step {index + 1} all points are in one place, so that no length can be relative to the mesh's size"
-            raise InputError(path, words)
+    diagonals = [math.dist(*report.values["bbox"]) for report in _reports(script, steps, path, advice)[::2]]
+    if 0.0 in diagonals:
+        step = diagonals.index(0.0) + 1
+        raise InputError(path, f"its points are all in one place before step {step}: no length can be relative to its size")
     return diagonals
 
 

@@ -367,8 +367,7 @@ def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Pro
     by_name: dict[str, Setting] = {}
     for setting in document.settings:
         if setting.name in by_name:
-            words = f"the setting {setting.name!r} is declared twice"
-            yield Problem(file=document.name, line=setting.line, message=words)
+            yield Problem(file=document.name, line=setting.line, message=f"the setting {setting.name!r} is declared twice")
         by_name.setdefault(setting.name, setting)
     for step in steps:
         for parameter, name in step.settings.items():

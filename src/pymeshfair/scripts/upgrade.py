@@ -265,17 +265,16 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
             yield index
 
 
-def relative_script(upgraded: Upgrade, diagonals: Mapping[int, float]) -> Upgrade:
-    """The script with absolute lengths in percent of the diagonal, given by index of the step, of the mesh before; 0 stays 0."""
+def relative_script(upgraded: Upgrade, diagonals: Sequence[float]) -> Upgrade:
+    """The script with absolute lengths in percent of the diagonal of the mesh before their step; 0 stays 0."""
     steps, changes = list(upgraded.script.steps), list(upgraded.changes)
-    for index, diagonal in diagonals.items():
-        step = steps[index]
+    for index, diagonal in enumerate(diagonals):
+        step, new = steps[index], dict[str, Length]()
         for name, old in step.values.items():
             if isinstance(old, Length) and old.unit == "absolute" and old.amount:
-                new = Length(100.0 * old.amount / diagonal, "percent")
-                what = f"is {new.amount:.6g}% of the diagonal {diagonal:.6g} now, was {old.amount:g}"
+                new[name] = Length(100.0 * old.amount / diagonal, "percent")
+                what = f"is {new[name].amount:.6g}% of the diagonal {diagonal:.6g} now, was {old.amount:g}"
                 parameter = step.filter.parameter(name).xml_name
                 changes.append(Change(line=step.line or 0, filter=step.filter.name, parameter=parameter, what=what))
-                steps[index] = steps[index].with_checked({name: new})
-        steps[index] = replace(steps[index], size=(diagonal, NOMINAL_EDGE))
+        steps[index] = replace(step.with_checked(new), size=(diagonal, NOMINAL_EDGE))
     return Upgrade(upgraded.script.with_steps(steps), tuple(sorted(changes, key=lambda change: change.line)))

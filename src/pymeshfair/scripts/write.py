@@ -110,9 +110,7 @@ def export_script(
 
     `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has, for each
     step, lengths in mesh units by Python parameter name; in MeshLab's own filters they replace the lengths computed from `mesh`.
-
-    Raises:
-        ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; names all such steps.
+    Raises `ScriptError`, which names all steps whose filter has no equivalent, or whose length needs a mesh.
     """
     whole = script.with_defaults()
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
