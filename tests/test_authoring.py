@@ -45,7 +45,9 @@ def test_a_recipe_is_built_saved_and_loaded(tmp_path: Path) -> None:
     recipe.save(tmp_path / "clean.mlx")
     loaded = Recipe.load(tmp_path / "clean.mlx")
     assert loaded.script == recipe.script.with_defaults()
-    assert loaded != recipe  # its values are said
+    assert loaded == recipe
+    recipe.set("smooth.iterations=3")
+    assert loaded != recipe
     assert loaded == Recipe.load(str(tmp_path / "clean.mlx"))
     assert (loaded.name, loaded.script.comment) == ("clean", "Clean <it>\n\nFor: balls.")
     assert [s.name for s in loaded.script.settings] == ["size"]
@@ -85,6 +87,18 @@ def test_wrong_steps_are_refused_when_they_are_added() -> None:
     with pytest.raises(UnknownNameError, match="no setting 'sizes'"):
         recipe.set("smooth.iterations=3", sizes="1%")
     assert recipe.script is before
+
+
+def test_lengths_of_pymeshlab_are_taken_where_their_meaning_is_known() -> None:
+    """A part of the diagonal in a plugin's filter, mesh units in all; those of MeshLab's filters may be of other lengths."""
+    recipe, written = Recipe(), Recipe()
+    recipe.apply_coord_implicit_fairing(detail_size=pymeshlab.PercentageValue(3))
+    recipe.apply_coord_implicit_fairing(detail_size=pymeshlab.PureValue(0.3))
+    recipe.meshing_merge_close_vertices(threshold=pymeshlab.PureValue(0.1))
+    written.apply_coord_implicit_fairing(detail_size="3%")
+    written.apply_coord_implicit_fairing(detail_size="0.3")
+    written.meshing_merge_close_vertices(threshold="0.1")
+    assert recipe == written
 
 
 def test_values_are_set_as_on_the_command_line() -> None:

@@ -197,16 +197,17 @@ so for one run. A change after which the script does not mean quite the same say
 a run lists it among the warnings of its record. Written by `python tools/generate.py pages` from the table of facts.
 
 Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter (`RichPoint3f` is
-`RichPosition` or `RichDirection` today), mends the case of names, and leaves a second document type out. The tables know
-every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count. What MeshLab never did stays
-undone: a value without a type is left out, as MeshLab drops it, and so is a parameter that no version has,
-which has to be accepted. Two things cannot be seen in the names:
+`RichPosition` or `RichDirection` today), mends the case of names, and leaves out a second document type and comments behind
+the head. The tables know every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count.
+What MeshLab never did stays undone: a value without a type is left out, as MeshLab drops it, and so is a parameter that no
+version has, which has to be accepted. Two things cannot be seen in the names:
 
 * In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling left the current layer alone; today their
   result is current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.
 * After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets `Selected=false`.
 
-`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.
+`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size, as measured before their
+step: the steps before it are run. Each changed length is listed.
 
 Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning,
 and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs

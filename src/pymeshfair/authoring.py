@@ -16,12 +16,14 @@ from .meshset.filter_methods import FilterMethods
 if TYPE_CHECKING:
     from . import recipe as named
     from . import registry, scripts
+    from .meshlab import builtin_filters
     from .meshset import MeshSet
     from .running.job import Event, RunResult
     from .scripts import Change, Step, changing, guards, warnings
 else:  # importing these takes about as long as importing pymeshlab; a program that makes no recipe does without them
     named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
+    builtin_filters = ImportedWhenUsed("pymeshfair.meshlab.builtin_filters")  # imports pymeshlab
 
 
 class Recipe(FilterMethods):
@@ -36,7 +38,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are equal: steps, values, settings, tags, comment, limits and unit.
+    Two recipes are equal if their scripts are equal; a value that is left out is its default.
     """
 
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
@@ -59,9 +61,14 @@ class Recipe(FilterMethods):
         """Appends a filter, by its Python name or its name in MeshLab's menus, as a step; returns {}, since nothing runs yet.
 
         Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` of the diagonal,
-        ``"0.5edge"`` or ``"0.3"`` in mesh units. Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
+        ``"0.5edge"`` or ``"0.3"`` in mesh units, or pymeshlab's ``PureValue``; filters of plugins take ``PercentageValue``, too.
+        Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
-        self.script = changing.with_step(self.script, registry.find_filter(filter_name), kwargs)
+        declared = registry.find_filter(filter_name)
+        # of percentages MeshLab's filters alone say of which length they are, and only on a mesh
+        kinds = ("PureValue",) if declared.is_builtin else ("PureValue", "PercentageValue")
+        values = {n: builtin_filters.as_length(v) if type(v).__name__ in kinds else v for n, v in kwargs.items()}
+        self.script = changing.with_step(self.script, declared, values)
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
@@ -94,7 +101,7 @@ class Recipe(FilterMethods):
         return self.script.steps[index]
 
     def __eq__(self, other: object) -> bool:
-        return self.script == other.script if isinstance(other, Recipe) else NotImplemented
+        return self.script.with_defaults() == other.script.with_defaults() if isinstance(other, Recipe) else NotImplemented
 
     def __repr__(self) -> str:
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
@@ -111,10 +118,7 @@ class Recipe(FilterMethods):
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Applies all steps to the current mesh of a mesh set; returns the report of each step. Limits are not checked.
-
-        Adds the steps to the filter script of the mesh set. If a step fails, the mesh keeps the result of the last complete step.
-        """
+        """Applies all steps to the current mesh of a mesh set, by its `apply_script`; limits are not checked."""
         return meshes.apply_script(self.script)
 
     def run(self, input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> RunResult:
@@ -159,10 +163,8 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`.
-
-    Raises:
-        PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`. A run that
+        fails raises a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
     from .running import job, supervise
 

@@ -90,6 +90,18 @@ def test_lengths_are_those_of_the_mesh_that_the_step_meets(tmp_path: Path) -> No
     np.testing.assert_array_equal(found, ours.current_mesh().vertex_matrix())
 
 
+def test_the_steps_that_are_measured_have_the_name_of_their_recipe(sphere: Path, tmp_path: Path) -> None:
+    """The error about a mesh names the recipe for clouds; advice for one that needs two meshes is advice that export can take."""
+    refused = invoke("export", "cloud_to_mesh", "-o", tmp_path / "plain.mlx", "--for", sphere)
+    assert refused.exit_code != 0
+    assert "cloud_to_mesh is for clouds of points" in refused.stderr
+    script(tmp_path / "two.mlx", filter_element("transfer_attributes_per_vertex", sourcemesh="1", targetmesh="0"))
+    refused = invoke("export", tmp_path / "two.mlx", "-o", tmp_path / "plain.mlx", "--for", sphere)
+    assert refused.exit_code == 2
+    assert "there is only layer 0; --for runs the steps on one mesh alone: write the lengths of this step" in refused.stderr
+    assert "--with" not in refused.stderr
+
+
 def test_relative_lengths_need_a_mesh(recipe: Path, tmp_path: Path) -> None:
     """Without --for the length is named with its line, and nothing is written."""
     refused = invoke("export", recipe, "-o", tmp_path / "plain.mlx", "--json")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 from pymeshfair import MeshSet
+from pymeshfair.scripts import read_script
 
 from .command_line import document, invoke
 
@@ -97,6 +99,32 @@ def test_lengths_are_made_relative_to_a_mesh(old: Path, sphere: Path, tmp_path: 
     assert invoke("upgrade", old, "-o", new, "--relative-to", sphere).exit_code == 0
     assert 'value="0.5" ' in new.read_text("utf-8")
     assert 'relative="14.' in new.read_text("utf-8")
+
+
+MERGE = """
+  <filter name="Merge Close Vertices">
+    <Param type="RichAbsPerc" name="Threshold" value="{}" min="0" max="100"/>
+  </filter>
+"""
+SCALE = '<filter name="Transform: Scale, Normalize"><Param type="RichFloat" name="axisX" value="1000"/></filter>'
+
+
+def test_a_length_is_a_part_of_the_mesh_before_its_step(sphere: Path, tmp_path: Path) -> None:
+    """Behind a step that makes the mesh a thousand times larger, 50 is the part that 0.05 was before; both changes are listed."""
+    path, new = tmp_path / "scaled.mlx", tmp_path / "new.mlx"
+    path.write_text(f"<FilterScript>{MERGE.format(0.05)}{SCALE}{MERGE.format(50)}</FilterScript>", encoding="utf-8")
+    done = invoke("upgrade", path, "-o", new, "--relative-to", sphere)
+    assert done.exit_code == 0, done.stderr
+    first, second = (step.values["threshold"] for step in read_script(new).steps[::2])
+    assert second.amount == pytest.approx(first.amount, rel=1e-6)
+    assert re.findall(r"parameter 'Threshold': is (1\.\d+)% of the diagonal .* now, was (\S+) \(same meaning\)", done.stdout) == [
+        (f"{first.amount:.6g}", "0.05"),
+        (f"{second.amount:.6g}", "50"),
+    ]
+    path.write_text(TRANSFER.replace("</FilterScript>", f"{MERGE.format(1)}</FilterScript>"), encoding="utf-8")
+    refused = invoke("upgrade", path, "-o", tmp_path / "other.mlx", "--relative-to", sphere)
+    assert refused.exit_code == 2
+    assert "is layer 1, but so far there is only layer 0; --relative-to runs the steps on one mesh alone" in refused.stderr
 
 
 def test_check_warns_of_traps_and_of_lengths_that_do_not_suit_the_mesh(tmp_path: Path, sphere: Path) -> None:

@@ -55,14 +55,14 @@ def test_a_session_becomes_a_script_that_does_the_same(tmp_path: Path) -> None:
 
 
 def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
-    """What was given in percent or edges is written so, beside the length on this mesh; MeshLab's defaults likewise."""
+    """What was given in percent or edges is written so, beside the length on the step's mesh; MeshLab's defaults likewise."""
     meshes = ball()
+    diagonal = meshes._bench.current().diagonal
     meshes.apply_coord_implicit_fairing(detail_size="20%")
     meshes.apply_coord_implicit_fairing()
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="0.8edge")
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=pymeshlab.PercentageValue(10.1))
     meshes.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
-    layer = meshes._bench.current()
     file = tmp_path / "lengths.mlx"
     meshes.save_filter_script(str(file))
     detail, default, edges, percent, merge = read_script(file).steps
@@ -78,7 +78,24 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     assert threshold.amount == pytest.approx(0.01, rel=2.0**-22)
     written = re.search(r'name="detail_size" value="([^"]*)"', file.read_text(encoding="utf-8"))
     assert written is not None
-    assert float(written[1]) == pytest.approx(0.2 * layer.diagonal)
+    assert float(written[1]) == pytest.approx(0.2 * diagonal)
+
+
+def test_an_absolute_length_is_that_of_the_mesh_before_its_step(tmp_path: Path) -> None:
+    """Pymeshlab, which reads these alone, merges no more vertices than the session did before it made the mesh larger."""
+    first, theirs, again = ball(), pymeshlab.MeshSet(), ball()
+    own, reapplied = tmp_path / "session.mlx", tmp_path / "reapplied.mlx"
+    theirs.add_mesh(pymeshlab.Mesh(*icosphere(2)))
+    first.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
+    first.compute_matrix_from_scaling_or_normalization(axisx=1000.0)
+    first.save_filter_script(str(own))
+    theirs.load_filter_script(str(own))
+    theirs.apply_filter_script()
+    np.testing.assert_array_equal(theirs.current_mesh().vertex_matrix(), first.current_mesh().vertex_matrix())
+    again.load_filter_script(str(own))
+    again.apply_filter_script()
+    again.save_filter_script(str(reapplied))
+    assert reapplied.read_bytes() == own.read_bytes()
 
 
 def globe(radius: float) -> MeshSet:

@@ -60,13 +60,19 @@ def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_pat
     file.write_text('<FilterScript>\n<filter name="Taubin Fairing"/>\n<filter name="Taubin Smooth"/>\n</FilterScript>\n')
     log = ScriptLog.of(str(file))
     seen: list[Step] = []
-    log.apply(seen.append)
+
+    def see(step: Step) -> tuple[None, Step]:
+        seen.append(step)
+        return None, step
+
+    list(log.apply(see))
     assert [step.filter.name for step in seen] == ["Taubin Fairing", "Taubin Smooth"]
 
-    def fail(step: Step) -> None:
-        if step is seen[1]:
+    def fail(step: Step) -> tuple[None, Step]:
+        if step == seen[1]:
             raise FilterParameterError("no")
+        return None, step
 
     with pytest.raises(StepFailedError, match=r"^step 2 of 2, 'Taubin Smooth' \(two.mlx:3\): no$"):
-        log.apply(fail)
+        list(log.apply(fail))
     assert ScriptLog.of(None).steps == []

@@ -225,6 +225,27 @@ def test_elements_that_mean_nothing_are_problems(data: bytes, line: int, message
     assert (found.line, found.suggestion) == (line, suggestion)
 
 
+@pytest.mark.parametrize(
+    ("of_filter", "of_param", "message", "suggestion"),
+    [
+        ('tags="a"', "", "<filter> has no attribute 'tags'", "tag"),
+        ("", 'Relative="1%"', "<Param> has no attribute 'Relative'", "relative"),
+        ("", 'relativ="1%"', "<Param> has no attribute 'relativ'", "relative"),
+        ("", 'Setting="size"', "<Param> has no attribute 'Setting'", "setting"),
+        ('note="a"', 'description="a" tooltip="b" isxmlparam="0" string="c" related="d"', None, None),
+    ],
+)
+def test_an_attribute_that_is_nearly_one_of_ours_is_a_problem(
+    of_filter: str, of_param: str, message: str | None, suggestion: str | None
+) -> None:
+    """MeshLab ignores what it does not know, so that a length would be absolute or a setting without effect; others may be."""
+    param = f'<Param type="RichAbsPerc" name="Threshold" value="1" min="0" max="100" {of_param}/>'
+    found = problems(script(f'<filter name="Merge Close Vertices" {of_filter}>', param, "</filter>"))
+    assert [(p.message, p.suggestion, p.filter) for p in found] == (
+        [] if message is None else [(message, suggestion, "Merge Close Vertices")]
+    )
+
+
 def test_a_parameter_given_twice_is_a_problem() -> None:
     """The second of two values for one parameter is refused, whichever of them MeshLab would take."""
     param = '<Param type="RichFloat" name="lambda" value="0.5"/>'

@@ -90,6 +90,15 @@ def test_a_step_that_is_set_by_itself_leaves_its_setting() -> None:
     assert override(settled(), ["3.stepSmoothNum=3"]) == settled()
 
 
+def test_what_is_set_for_a_step_goes_over_its_setting_in_any_order() -> None:
+    """A setting that comes later is not unknown, and it does not change the step, even where the step is given the default."""
+    texts = ["3.stepsmoothnum=3", "rounds=7", "isotropic.targetlen=1%", "size=5%"]
+    found = override(settled(), texts)
+    assert found == override(settled(), texts[::-1])
+    assert values(found) == [Length(1.0, "percent"), Length(5.0, "percent"), 3]
+    assert [setting.name for setting in found.settings] == ["size"]
+
+
 def test_a_tag_means_all_its_steps() -> None:
     """TAG.PARAM=VALUE sets the parameter in every step of the tag that has it."""
     found = override(settled(), ["smooth.stepsmoothnum=4", "smooth.mu=-0.6"])

@@ -317,11 +317,21 @@ def test_a_leftover_selection_is_not_worked_on() -> None:
 def test_lengths_become_parts_of_the_mesh_they_were_made_for() -> None:
     """A length of 2 on a mesh with a diagonal of 40 is 5 %; 0 stays 0, and so does a length that is relative."""
     data = one_filter("Merge Close Vertices", '<Param type="RichAbsPerc" name="Threshold" value="2" min="0" max="40"/>')
-    (step,) = relative_script(upgraded(data).script, diagonal=40.0).steps
+    (step,) = relative_script(upgraded(data), [40.0]).script.steps
     assert step.values == {"threshold": Length(5.0, "percent")}
-    zero = relative_script(upgraded(data.replace(b'value="2"', b'value="0"')).script, diagonal=40.0)
-    assert zero.steps[0].values == {"threshold": Length(0.0)}
-    assert relative_script(relative_script(upgraded(data).script, diagonal=40.0), diagonal=7.0).steps == (step,)
+    zero = relative_script(upgraded(data.replace(b'value="2"', b'value="0"')), [40.0])
+    assert zero.script.steps[0].values == {"threshold": Length(0.0)}
+    assert relative_script(relative_script(upgraded(data), [40.0]), [7.0]).script.steps == (step,)
+
+
+def test_comments_that_are_not_kept_are_told() -> None:
+    """The head stays; those between the steps, within one and at the end are one change, at the line of the first."""
+    step = '<filter name="Taubin Smooth"/>'
+    kept, lost = b"<!-- head -->", b"<!-- end -->"
+    found = upgraded(kept + script(step, "<!-- between -->", '<filter name="Taubin Smooth"><!-- within --></filter>') + lost)
+    assert found.script.comment == "head"
+    assert list(map(str, found.changes)) == ["line 4: comments between the steps and at the end are left out (3) (same meaning)"]
+    assert upgraded(kept + script(step)).changes == ()
 
 
 OLD = script(

@@ -78,23 +78,19 @@ def upgrade(
 
     List all changes, and say which of them alter the meaning. If any does, nothing is written without --accept.
     """
-    from ..files.errors import InputError
     from ..scripts import format_script
     from ..scripts.upgrade import relative_script, upgrade_script
-    from ..scripts.write import NOMINAL_DIAGONAL
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     path, name = (None, "<stdin>") if script == STANDARD else (script, str(script))
     upgraded = upgrade_script(read_script_bytes(script), name, path=path)
-    result, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
-        diagonal = _read(relative_to).measured.diagonal
-        if not diagonal > 0:
-            raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
-        result = relative_script(result, diagonal=diagonal)
+        from ..running.read import diagonals_on_mesh
+
+        upgraded = relative_script(upgraded, diagonals_on_mesh(upgraded.script, relative_to))
     written = accept or not upgraded.warnings
     if written:
-        save_text(format_script(result, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
+        save_text(format_script(upgraded.script, known_mesh=False), output, overwrite=overwrite)
     altering, total = len(upgraded.warnings), len(upgraded.changes)
     refusal = f"nothing is written: {altering} of {total} changes alter the meaning; --accept writes the script anyway"
     if json:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from ..meshlab.base import FilterFailedError, ScriptStepFailedError, reason
 from ..meshlab.builtin_filters import BuiltinFilters, checked, constant_defaults
 from ..registry import is_known
 from ..scripts import Script, Step, read_script, write_script
-from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
+from ..scripts.write import NOMINAL_EDGE
 from ..write_back import Workbench, without_helpers, write_edit
 from .methods import known_filter, length_text
 
@@ -75,13 +76,11 @@ class FilterRunner:
             values = {**declared.defaults, **values}
         for name, mesh_id in declared.layers(values).items():
             self._bench.check(mesh_id, f"{declared.python_name}: parameter {name!r}: ")
-        if declared.is_builtin:
-            self._builtins.verbose = self._bench.verbose
-            ran_with = self._builtins.effective(declared, values)
-            report = self._builtins.apply(declared, values)
-        else:
-            ran_with, report = values, self._apply_plugin(declared, values)
-        return report, Step(declared, _with_changed_ids(declared, ran_with, self._bench.without_helpers))
+        self._builtins.verbose = self._bench.verbose
+        ran_with = self._builtins.effective(declared, values) if declared.is_builtin else values
+        step = _sized(Step(declared, _with_changed_ids(declared, ran_with, self._bench.without_helpers)), self._bench.current)
+        apply = self._builtins.apply if declared.is_builtin else self._apply_plugin
+        return apply(declared, values), step
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         layer, bench = self._bench.current(), self._bench
@@ -110,6 +109,16 @@ def _with_changed_ids(declared: Filter, values: Mapping[str, Any], change: Calla
     return {**values, **{name: change(number) for name, number in declared.layers(values).items()}}
 
 
+def _sized(step: Step, current: Callable[[], Layer]) -> Step:
+    """The step with the size of the current layer if it has relative lengths and no size yet."""
+    units = {length.unit for length in step.relative_lengths.values()}
+    if not units or step.size is not None:
+        return step
+    layer = current()
+    mean_edge = layer.mean_edge if "edge" in units else NOMINAL_EDGE
+    return replace(step, size=(layer.diagonal, mean_edge) if layer.diagonal > 0.0 else None)
+
+
 class ScriptLog:
     """A filter script: its steps are read from a file or added when filters are applied; it can be applied, printed and saved."""
 
@@ -121,24 +130,22 @@ class ScriptLog:
         """Reads the script of an .mlx file; without a file the script is empty."""
         return cls(Script(()) if file is None else read_script(file))
 
-    def apply(self, apply_step: Callable[[Step], object]) -> None:
-        """Applies each step in turn; raises `ScriptStepFailedError` if a step fails."""
+    def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
+        """Applies each step in turn, yields its result, and keeps its size; raises `ScriptStepFailedError` if a step fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
-                apply_step(step)
-            except Exception as error:  # noqa: PERF203
+                result, done = apply_step(step)
+            except Exception as error:
                 file = self._file if step.line is not None else None
                 place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
                 raise ScriptStepFailedError(place, reason(error)) from error
+            self.steps[number - 1] = replace(step, size=done.size)
+            yield result, done
 
-    def save(self, file: str, layer: Layer) -> None:
-        """Writes the steps to an .mlx file; relative lengths also have their absolute value on this layer."""
-        units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
-        sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
-        diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
-        mean_edge = layer.mean_edge if sized and "edge" in units else NOMINAL_EDGE
-        script = Script((), settings=self._settings).with_steps(self.steps)
-        write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge, overwrite=True)
+    def save(self, file: str, current: Callable[[], Layer]) -> None:
+        """Writes the steps to an .mlx file; steps that were not applied have their absolute lengths from the current layer."""
+        script = Script((), settings=self._settings).with_steps(_sized(step, current) for step in self.steps)
+        write_script(script, Path(file), overwrite=True)
 
     def print(self) -> None:
         """Prints each step with the values of its parameters, as pymeshlab does."""

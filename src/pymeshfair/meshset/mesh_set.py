@@ -61,15 +61,12 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._script = filter_runner.ScriptLog.of(None)
 
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
-        """Applies a filter of MeshLab or a plugin to the current mesh, and adds it to the filter script.
+        """Applies a filter of MeshLab or a plugin, and adds it to the filter script; returns the values that it reports, by name.
 
         Args:
             filter_name: its Python name, or its name in MeshLab's menus.
             **kwargs: parameters by Python name; all others have their defaults. Lengths are ``"1%"`` of the bounding box's
                 diagonal, ``"0.5edge"`` mean edges, ``"0.3"`` mesh units, `pymeshlab.PercentageValue` or `pymeshlab.PureValue`.
-
-        Returns:
-            The values that the filter reports, by name.
 
         Raises:
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
@@ -104,15 +101,13 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_filter_script(self) -> None:
         """Applies the current filter script: the steps that were loaded, and the filters applied since.
 
-        Raises:
-            ScriptStepFailedError: a step failed; the message names the step with file and line. The mesh is as it was after the
-                last complete step.
+        Raises `ScriptStepFailedError`, which names step, file and line, if a step fails; the steps before it stay applied.
         """
-        self._script.apply(self.apply_step)
+        list(self._script.apply(self._filters.apply_step))
 
     def save_filter_script(self, filter_script_name: str) -> None:
         """Writes the current filter script to an .mlx file, with all values, or raises `PymeshfairError` if it cannot."""
-        self._script.save(filter_script_name, self._bench.current())
+        self._script.save(filter_script_name, self._bench.current)
 
     def clear_filter_script(self) -> None:
         """Empties the current filter script."""
@@ -125,16 +120,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        Limits of the recipe are not checked; `pymeshfair.run` checks them.
-
-        Args:
-            name_or_path: a shipped recipe, or the path of an .mlx script.
-            **settings: values that replace those of the recipe, by the names of its settings.
-
-        Raises:
-            UnknownNameError: there is no such recipe or setting.
-            ScriptError: the script is wrong; lists every problem.
-            ScriptStepFailedError: a step failed; the mesh is as it was after the last complete step.
+        The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. Its limits are not
+        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)
@@ -142,13 +129,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
         """Applies all steps of a script, adds them to the filter script, and returns their reports; fails like `apply_recipe`."""
         results: list[dict[str, Any]] = []
-
-        def apply(step: Step) -> None:
-            result, done = self._filters.apply_step(step)
+        for result, done in filter_runner.ScriptLog(script).apply(self._filters.apply_step):
             results.append(result)
             self._script.steps.append(done)
-
-        filter_runner.ScriptLog(script).apply(apply)
         return results
 
     def set_current_mesh(self, new_curr_id: int) -> None:
@@ -198,10 +181,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return result
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
-        """Saves the current mesh as pymeshlab does; a note warns if the file lacks the edges.
-
-        MeshLab writes edges only into .obj files. `pymeshfair.run` writes them into .ply files, too.
-        """
+        """Saves the current mesh as pymeshlab does; a note warns of edges, which MeshLab writes into .obj files alone."""
         _locked(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):

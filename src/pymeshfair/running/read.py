@@ -1,5 +1,6 @@
 """Reads and measures mesh files for commands that change no file, and runs filters on a mesh for the values that they report."""
 
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ from ..recipe import Recipe
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS
 from ..scripts.script import Script, Step
+from ..scripts.warnings import check_needs
 from .job import Event, Job, StepReport, plain
 from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
@@ -51,11 +53,8 @@ def read_mesh(
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
     `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None
-    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning.
-
-    Raises:
-        InputError: the file cannot be read.
-        RunError: MeshLab crashed while it read the file.
+    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning. Raises `InputError` for a file
+    that cannot be read, and `RunError` if MeshLab crashed over it.
     """
     path = Path(path).absolute()
     if unchecked and extension(path) in UNCHECKED:
@@ -119,15 +118,33 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """For each step its relative lengths in mesh units, by parameter, found by running the steps on the mesh file."""
+    """By parameter, the relative lengths of each step, to the last that has any, in mesh units, found by running the steps."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
-    reports: Sequence[StepReport] = ()
-    if count:
-        with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
-            first = replace(script, steps=script.steps[:count], guards=NO_GUARDS)
-            reports = run_job(Job(Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False)).steps
-    lengths = [
-        {name: Length(report.parameters[name]) for name in s.relative_lengths} for s, report in zip(steps, reports, strict=False)
-    ]
-    return [*lengths, *({} for _ in steps[count:])]
+    advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"
+    reports = zip(steps, _reports(script, steps[:count], path, advice), strict=False)
+    return [{name: Length(report.parameters[name]) for name in step.relative_lengths} for step, report in reports]
+
+
+def diagonals_on_mesh(script: Script, path: Path) -> list[float]:
+    """The diagonal of the mesh before each step, to the last that has lengths, found by running the steps on the mesh file."""
+    with_lengths = (i for i, step in enumerate(script.steps, 1) if any(isinstance(v, Length) for v in step.values.values()))
+    measuring, count = Step(find_filter("get_geometric_measures")), max(with_lengths, default=0)
+    steps = [each for step in script.steps[:count] for each in (measuring, step)][:-1]
+    advice = '--relative-to runs the steps on one mesh alone: leave it out, and write lengths such as relative="1%" by hand'
+    diagonals = [math.dist(*report.values["bbox"]) for report in _reports(script, steps, path, advice)[::2]]
+    if 0.0 in diagonals:
+        step = diagonals.index(0.0) + 1
+        raise InputError(path, f"its points are all in one place before step {step}: no length can be relative to its size")
+    return diagonals
+
+
+def _reports(script: Script, steps: Sequence[Step], path: Path, advice: str) -> Sequence[StepReport]:
+    """The reports of these steps of a script on a mesh file; `advice` says what to do if they need more layers."""
+    if not steps:
+        return ()
+    name = "script" if script.path is None else script.path.stem
+    first = replace(script, steps=tuple(steps), guards=NO_GUARDS)
+    check_needs(first, layers=1, advice=advice)
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-measured-") as folder:
+        return run_job(Job(Recipe(name, first), path, Path(folder) / "mesh.ply", measures=False)).steps

@@ -1,7 +1,4 @@
-"""Changes scripts: sets other values, or adds a step.
-
-A command line sets a setting, ``detail_size=4edge``, or a step's parameter, ``taubin.lambda=0.4``.
-"""
+"""Changes scripts: sets other values, or adds a step."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -15,12 +12,12 @@ from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
-    """The script with the values of `overrides` in place of its own values; of two texts for one parameter, the later one wins.
+    """The script with these values; in any order those for a step go over those for a setting, else later over earlier ones.
 
     A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have;
     the step's number, from 1; or a filter's name or a part of it that fits one step. `parse_value` says how VALUE is written.
     """
-    for text in overrides:
+    for text in sorted(overrides, key=lambda text: "." in text.partition("=")[0]):
         place, equals, value = text.partition("=")
         step_name, dot, name = (part.strip() for part in place.rpartition("."))
         if not equals or not name or bool(dot) != bool(step_name) or not (dot or script.settings):

@@ -8,7 +8,7 @@ import codecs
 import contextlib
 import re
 import stat
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -64,6 +64,7 @@ class Document:
     name: str  # the name of the file, for messages
     filters: list[FilterElement] = field(default_factory=list)  # in the order of the file
     comment: str = ""  # the text of the head comment
+    later_comments: list[int] = field(default_factory=list)  # the lines of the comments that are not kept
     problems: list[Problem] = field(default_factory=list)
     guards: Guards = NO_GUARDS  # the limits on the result
     settings: list[Setting] = field(default_factory=list)  # the named values
@@ -175,6 +176,8 @@ class _Reader:
     def _comment(self, text: str) -> None:
         if self._filter is None and not self._read.filters:
             self._comments.append(text)
+        else:
+            self._read.later_comments.append(self._parser.CurrentLineNumber)
 
     def _text(self, text: str) -> None:
         if not text.isspace():
@@ -200,6 +203,8 @@ class _Reader:
             if len(self._read.filters) == MOST_FILTERS:
                 self._fatal(f"has more than {MOST_FILTERS} filters")
             self._filter = FilterElement(tag, attributes.get("name"), line, attributes.get("tag", ""))
+            for complaint in _slips(tag, attributes, ("name", "tag")):
+                self._problem(*complaint)
         elif depth == 3 and self._filter and tag in ("Param", "xmlparam")[: 1 + (self._open[1] == "xmlfilter")]:
             self._filter.params.append(ParamElement(attributes, line))
         elif self._open[1] != "xmlfilter":  # an xmlfilter is one problem, whatever it contains
@@ -220,10 +225,8 @@ class _Reader:
             self._read.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
         except ParameterError as error:
             self._problem(str(error))
-        allowed = (*GUARDS.values(), UNIT)
-        for attribute in attributes:
-            if attribute not in allowed and (near := nearest(attribute, allowed)):
-                self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", near)
+        for complaint in _slips("FilterScript", attributes, (*GUARDS.values(), UNIT), cutoff=0.6):
+            self._problem(*complaint)
 
     def _read_setting(self, attributes: dict[str, str], line: int) -> None:
         missing = [name for name in ("name", "default") if name not in attributes]
@@ -236,6 +239,13 @@ class _Reader:
             self._read.settings.append(Setting(**attributes, line=line))
         except ParameterError as error:
             self._problem(str(error))
+
+
+def _slips(tag: str, attributes: Iterable[str], ours: Sequence[str], *, cutoff: float = 0.85) -> Iterator[Complaint]:
+    """Complaints about attributes whose names are similar to `ours`; those that MeshLab writes are less similar."""
+    for attribute in attributes:
+        if attribute not in ours and (near := nearest(attribute, ours, cutoff=cutoff)):
+            yield f"<{tag}> has no attribute {shortened(attribute)!r}", near
 
 
 def build_script(document: Document, path: Path | None = None) -> Script:
@@ -349,7 +359,7 @@ def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) ->
     if parameter.name in values:
         return [("is given twice; MeshLab would take the last", None)]
     values[parameter.name], complaints = read_value(parameter, param.attributes, filter_name=declared.python_name)
-    return complaints
+    return [*complaints, *_slips("Param", param.attributes, ("relative", "setting"))]
 
 
 def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Problem]:
@@ -357,8 +367,7 @@ def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Pro
     by_name: dict[str, Setting] = {}
     for setting in document.settings:
         if setting.name in by_name:
-            words = f"the setting {setting.name!r} is declared twice"
-            yield Problem(file=document.name, line=setting.line, message=words)
+            yield Problem(file=document.name, line=setting.line, message=f"the setting {setting.name!r} is declared twice")
         by_name.setdefault(setting.name, setting)
     for step in steps:
         for parameter, name in step.settings.items():

@@ -57,7 +57,7 @@ class Change:
     """One change by an upgrade."""
 
     line: int  # the line of the old script, counted from 1
-    filter: str  # the filter's name in the old script
+    filter: str  # the filter's name in the old script; empty if the change is not about a filter
     what: str  # the change
     parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
     meaning: str = ""  # how the new script's result differs from the old script's; or empty
@@ -69,7 +69,8 @@ class Change:
 
     def __str__(self) -> str:
         grade = "same meaning" if self.same_meaning else f"meaning changes: {self.meaning}"
-        return f"line {self.line}: filter {shortened(self.filter)!r}{_of_parameter(self.parameter)}: {self.what} ({grade})"
+        step = self.filter and f"filter {shortened(self.filter)!r}{_of_parameter(self.parameter)}: "
+        return f"line {self.line}: {step}{self.what} ({grade})"
 
 
 def _of_parameter(name: str | None) -> str:
@@ -112,9 +113,11 @@ class Step:
     line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1; None without a file
     tag: str = ""  # a name, which several steps of a recipe may share; may be empty
     settings: Mapping[str, str] = field(default_factory=dict)  # by Python parameter name, the setting that gives the value
+    #: diagonal and mean edge of the mesh that it ran on, for the absolute lengths in a file; None if they are not known
+    size: tuple[float, float] | None = field(default=None, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings)
+        return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings, self.size)
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values, after a check; its other values stay."""

@@ -17,6 +17,7 @@ from ..registry import find_filter
 from .read import SECOND_DOCUMENT_TYPE, SLIP, FilterElement, ParamElement, build_script, parse_document, same_but_case
 from .script import Change, Script, Step
 from .values import OLD_TYPES, Attributes, parsed, spelled, type_complaints
+from .write import NOMINAL_EDGE
 
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
@@ -48,6 +49,9 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
     if single != data:
         changes.append(Change(line=1, filter="", what="the second <!DOCTYPE FilterScript> is left out"))
     document = parse_document(single, name)
+    if lines := document.later_comments:
+        what = f"comments between the steps and at the end are left out ({len(lines)})"
+        changes.append(Change(line=lines[0], filter="", what=what))
     filters: list[FilterElement] = []
     aged, always_current = False, set[int]()
     for element in document.filters:
@@ -261,11 +265,16 @@ def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
             yield index
 
 
-def relative_script(script: Script, *, diagonal: float) -> Script:
-    """The script with absolute lengths converted to percent of the diagonal of its mesh; 0 stays 0."""
-
-    def relative(step: Step) -> Step:
-        lengths = {n: v for n, v in step.values.items() if isinstance(v, Length) and v.unit == "absolute" and v.amount}
-        return step.with_checked({n: Length(100.0 * v.amount / diagonal, "percent") for n, v in lengths.items()})
-
-    return script.with_steps(map(relative, script.steps))
+def relative_script(upgraded: Upgrade, diagonals: Sequence[float]) -> Upgrade:
+    """The script with absolute lengths in percent of the diagonal of the mesh before their step; 0 stays 0."""
+    steps, changes = list(upgraded.script.steps), list(upgraded.changes)
+    for index, diagonal in enumerate(diagonals):
+        step, new = steps[index], dict[str, Length]()
+        for name, old in step.values.items():
+            if isinstance(old, Length) and old.unit == "absolute" and old.amount:
+                new[name] = Length(100.0 * old.amount / diagonal, "percent")
+                what = f"is {new[name].amount:.6g}% of the diagonal {diagonal:.6g} now, was {old.amount:g}"
+                parameter = step.filter.parameter(name).xml_name
+                changes.append(Change(line=step.line or 0, filter=step.filter.name, parameter=parameter, what=what))
+        steps[index] = replace(step.with_checked(new), size=(diagonal, NOMINAL_EDGE))
+    return Upgrade(upgraded.script.with_steps(steps), tuple(sorted(changes, key=lambda change: change.line)))

@@ -12,6 +12,7 @@ from .upgrade import deletes_result, works_on_leftover_selection
 
 #: a length is out of proportion above this share of the diagonal and multiple of its default, or below this share of the diagonal
 _LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
+_WITH = "give the file of each further layer to `pymeshfair run` by --with"
 _NEW_LAYER = ("create_", "generate_")
 _MANY_LAYERS = "generate_splitting_by_connected_components"  # makes one layer for each component of the mesh
 
@@ -66,14 +67,14 @@ def _place(script: Script, index: int) -> str:
     return f"step {index + 1} ({step.filter.name}{'' if step.line is None else f', line {step.line}'})"
 
 
-def check_needs(script: Script, *, layers: int) -> None:
+def check_needs(script: Script, *, layers: int, advice: str = _WITH) -> None:
     """Raise `ScriptError` if a step needs a layer, file or raster that a run with this number of layers does not have."""
-    if unmet := list(unmet_needs(script, layers=layers)):
+    if unmet := list(unmet_needs(script, layers=layers, advice=advice)):
         raise ScriptError(unmet)
 
 
-def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
-    """Problems with layers, files and rasters that steps need, but a run with layers 0 to `layers` - 1 does not have."""
+def unmet_needs(script: Script, *, layers: int, advice: str = _WITH) -> Iterator[Problem]:
+    """Problems with layers, files and rasters that a run with `layers` layers lacks; `advice` says how to give more layers."""
     count: int | None = layers
     for step in script.steps:
         if "raster" in step.filter.name.casefold():
@@ -83,7 +84,7 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
             )
             yield script.problem(step, message)
         for parameter in step.filter.parameters:
-            if (lacking := _lacking(parameter, step, count)) is not None:
+            if (lacking := _lacking(parameter, step, count, advice)) is not None:
                 yield script.problem(step, lacking, parameter=parameter.xml_name)
         if step.filter.python_name == _MANY_LAYERS:
             count = None
@@ -91,12 +92,12 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
             count += 1
 
 
-def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:
+def _lacking(parameter: Parameter, step: Step, layers: int | None, advice: str) -> str | None:
     """The problem with a value that names a missing layer or file; None without a problem, or if only the run can show it."""
     wanted: Any = step.values.get(parameter.name)
     if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
         there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"
-        return f"is layer {wanted}, but so far there {there}; give the file of each further layer to `pymeshfair run` by --with"
+        return f"is layer {wanted}, but so far there {there}; {advice}"
     made_by_itself = step.values.get("use_dummy_texture") is True
     if isinstance(parameter, FileOpen) and wanted and not made_by_itself and not Path(wanted).is_file():
         return f"is the file {wanted!r}, which is not there; its path counts from the folder in which the command runs"

@@ -36,7 +36,8 @@ def format_script(
 
     Parameters are written in declared order, also those with default values. Two kinds of defaults are left to MeshLab: values
     that follow from the mesh, such as the number of triangles after a decimation; and without `known_mesh`, relative lengths.
-    A relative length is in ``relative=``; MeshLab reads ``value=``, the absolute value for this `diagonal` and `mean_edge`.
+    A relative length is in ``relative=``; MeshLab reads ``value=``, the absolute value for the step's `size`, or else for this
+    `diagonal` and `mean_edge`.
     """
     text = "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
     if invalid := _UNWRITABLE.search(text):
@@ -60,8 +61,9 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
         parameters = [p for p in step.filter.parameters if p.name in step.values]
         named = {"name": step.filter.name} | ({"tag": step.tag} if step.tag else {})
         yield "  " + _element("filter", named, ">" if parameters else "/>")
+        length, edge = step.size or (diagonal, mean_edge)
         for parameter in parameters:
-            attributes = param_attributes(parameter, step.values[parameter.name], diagonal=diagonal, mean_edge=mean_edge)
+            attributes = param_attributes(parameter, step.values[parameter.name], diagonal=length, mean_edge=edge)
             if parameter.name in step.settings:
                 attributes["setting"] = step.settings[parameter.name]
             yield "    " + _element("Param", attributes)
@@ -108,9 +110,7 @@ def export_script(
 
     `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has, for each
     step, lengths in mesh units by Python parameter name; in MeshLab's own filters they replace the lengths computed from `mesh`.
-
-    Raises:
-        ScriptError: MeshLab has no equivalent of a filter, or a length is relative and no mesh is given; names all such steps.
+    Raises `ScriptError`, which names all steps whose filter has no equivalent, or whose length needs a mesh.
     """
     whole = script.with_defaults()
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
