@@ -127,7 +127,10 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self.apply_script(loaded.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
-        """Applies all steps of a script, adds them to the filter script, and returns their reports; fails like `apply_recipe`."""
+        """Applies all steps of a script, adds them to the filter script, and returns their reports.
+
+        Raises `ScriptStepFailedError` if a step fails; mesh and filter script are as they were after the last complete step.
+        """
         results: list[dict[str, Any]] = []
         for result, done in filter_runner.ScriptLog(script).apply(self._filters.apply_step):
             results.append(result)
