@@ -148,8 +148,7 @@ def _unit(records: list[Any]) -> str | None:
     for record in records:
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
             # The text may have units of angles and of heights, too: the first known unit of length counts.
-            units = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
-            for name in units:
+            for name in re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE):
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
                     return unit
         for key in getattr(record, "geo_keys", ()):

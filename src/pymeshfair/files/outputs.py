@@ -192,7 +192,7 @@ def save_mesh(
         warnings.append(f"{output.name} does not hold the {words} of the mesh; .ply keeps them")
     source = mesh.source
     if source is not None and source.extras and (source.format != kind.extension or source.document is None):
-        warnings.append(f"{output.name} does not hold these contents of {source.path.name}: {'; '.join(source.extras)}")
+        warnings.append(without_extras(output, source.path, source.extras))
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
     side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
@@ -210,6 +210,11 @@ def save_mesh(
     if writing.materials:
         side_files.append(stage_file(material_path(staged), material_path(output), b"".join(writing.materials)))
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
+
+
+def without_extras(output: Path, source: Path, extras: Sequence[str]) -> str:
+    """Returns the warning that an output lacks contents of its input."""
+    return f"{output.name} does not hold these contents of {source.name}: {'; '.join(extras)}"
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:

@@ -124,10 +124,10 @@ class _TiledRun:
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
         """Does the steps on a cloud and writes the result; returns the report."""
-        source, notes, tile = open_cloud(self.job.input), tuple[str, ...](), self.share.tile
+        source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
-            notes = self.tasks.run(source.rewrite, rewritten, slice_rows(tile, source.row))
+            notes = self.tasks.run(source.rewrite, rewritten, slice_rows(tile, source.row), self.job.output)
             source = open_cloud(rewritten)
             assert not isinstance(source, E57Cloud)
         cloud, stages = Cloud(source, self.folder), []
@@ -161,7 +161,7 @@ class _TiledRun:
         after = {**sizes, "low": np.min(lows, axis=0), "high": np.max(highs, axis=0)}
         return self._report([{**sizes, "tiles": len(tiles)}] * len(plan), after)
 
-    def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: tuple[str, ...] = ()) -> Report:
+    def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: Sequence[str] = ()) -> Report:
         """Returns the report; `stages` has the sizes before each step, `after` those of the result, `notes` further warnings."""
         report = Report(
             input={},
