@@ -7,7 +7,7 @@ output wrote that file, and the file has not changed since.
 import os
 import re
 import shutil
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -47,9 +47,9 @@ class MadeFrom:
         return None
 
 
-def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
+def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
     """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
-    check_kind(output, formats)
+    check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
     if extension(output) in ("las", "laz") and find_spec("laspy") is None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
 from ..files.errors import ContentsError, InputError, OutputError
-from ..files.formats import extension
+from ..files.formats import extension, listed
 from ..files.inputs import check_input, check_magic, unchanged
 from ..files.outputs import check_output
 from ..files.provenance import described_file
@@ -218,22 +218,27 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
     is_cloud = plan[0].is_on_cloud
-    formats = CLOUD_FORMATS if is_cloud else ("ply",)
+    readable = (*CLOUD_FORMATS, "e57") if is_cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others or job.keep_all:
         raise ParameterError(
             "limits, an intervention map, further layers and --keep-all need the whole mesh; leave them out, or drop --tiles"
         )
-    check_input(job.input, (*formats, "e57") if is_cloud else formats)
+    check_input(job.input)
+    kind = extension(job.input)
+    if kind not in readable:
+        raise InputError(
+            job.input, f"by tiles the recipe reads {listed(readable)}, not .{kind}: convert the file, or drop --tiles"
+        )
     try:
         check_magic(job.input)
         source = open_cloud(job.input) if is_cloud else MeshFile(job.input)
         needed = _room(plan, source)
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
-    check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
-    kinds = ["las" if kind == "laz" else kind for kind in map(extension, (job.input, job.output))]
-    if kinds[0] != kinds[1] and kinds[0] != "e57":
-        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file can become .{kinds[0]}, not .{kinds[1]}")
+    check_output(job.output, job.made_from, overwrite=job.overwrite)
+    writable = {"e57": CLOUD_FORMATS, "ply": ("ply",)}.get(kind, ("las", "laz"))
+    if extension(job.output) not in writable:
+        raise OutputError(job.output, f"by tiles a .{kind} file can become {listed(writable)}, not .{extension(job.output)}")
     folder = job.output.absolute().parent
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
