@@ -172,8 +172,10 @@ def demo(
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(folder, error.strerror or str(error)) from error
-        if not (folder / "face.ply").exists():
+        if not (folder / "face.ply").is_file():
             write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
+        elif (folder / "face.ply").read_bytes() != scan.read_bytes():
+            raise OutputError(folder / "face.ply", "another file has this name; name another folder with --output")
         say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
         carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
