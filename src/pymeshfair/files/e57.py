@@ -158,8 +158,7 @@ def _placed(header: Any, fields: dict[str, Array]) -> Floats:
         raise ContentsError(f"one of its scans has points without coordinates; their fields are {', '.join(fields)}")
     if not header.has_pose():
         return places
-    placed: Floats = places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation)
-    return placed
+    return np.asarray(places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation))
 
 
 def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:

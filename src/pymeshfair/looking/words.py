@@ -91,11 +91,10 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     if without_noise := change.get("sides_without_noise"):
         lines.append(f"sides, measured without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
-        x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
-            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {_at(moved['place'])}"
         )
     shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
     relief = f"relief with waves from {shortest:g} mean edges on" if shortest else "relief apart from noise"

@@ -226,9 +226,7 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     check_input(job.input)
     kind = extension(job.input)
     if kind not in readable:
-        raise InputError(
-            job.input, f"by tiles the recipe reads {listed(readable)}, not .{kind}: convert the file, or drop --tiles"
-        )
+        raise InputError(job.input, f"by tiles the recipe reads {listed(readable)}, not .{kind}: convert it, or drop --tiles")
     try:
         check_magic(job.input)
         source = open_cloud(job.input) if is_cloud else MeshFile(job.input)
@@ -243,11 +241,8 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
     if needed > free:
-        raise OutputError(
-            job.output,
-            f"the work needs {needed / 1e9:.3g} GB, and the disk of {folder} has {free / 1e9:.3g} GB free: free some, or name an "
-            "output on another disk",
-        )
+        lack = f"the work needs {needed / 1e9:.3g} GB, and the disk of {folder} has {free / 1e9:.3g} GB free"
+        raise OutputError(job.output, f"{lack}: free some, or name an output on another disk")
     memory = job.memory_limit or this_system().usable_memory() or _USUAL_MEMORY
     return plan, memory, budget(memory, this_system().processors())
 

@@ -54,7 +54,6 @@ class SlicedTable:
         return rows
 
     def slices(self, size: int) -> Iterator[NDArray[Any]]:
-        """Yields all rows, `size` at a time."""
         for first in range(0, self.element.count, size):
             yield self.read(first, min(first + size, self.element.count))
 
@@ -69,7 +68,6 @@ class PlyFile:
 
     @cached_property
     def header(self) -> PlyHeader:
-        """Reads and checks the header."""
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text file; by tiles a PLY file must be binary")
@@ -103,7 +101,6 @@ class PlyFile:
         return self.vertices.dtype.itemsize
 
     def __len__(self) -> int:
-        """Returns the number of vertices."""
         return self.vertices.element.count
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
@@ -199,14 +196,14 @@ class LasCloud:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
-        """Returns the number of points."""
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     @property
     def unit(self) -> str | None:
         """Returns the unit of the coordinate reference system; None without one."""
-        return las_unit(self.path)
+        with opened(self.path) as reader:
+            return las_unit(reader.header, reader.evlrs)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates, `size` points at a time."""
