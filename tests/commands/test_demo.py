@@ -59,6 +59,15 @@ def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.
             assert "the run was given" in checked.stderr
 
 
+def test_a_file_of_the_user_is_no_sample(tmp_path: Path) -> None:
+    """A face.ply that is not the sample is refused with a way out, since the commands to try next would work on it."""
+    (tmp_path / "face.ply").write_text("mine", encoding="utf-8")
+    done = invoke("demo", "-o", tmp_path)
+    assert done.exit_code == 1
+    assert f"cannot write {tmp_path / 'face.ply'}: another file has this name; name another folder with --output" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["face.ply"]
+
+
 def test_a_folder_that_cannot_be_made_is_a_message(tmp_path: Path) -> None:
     """A file in the way of the folder ends with 1 and names it."""
     (tmp_path / "demo").write_text("a file", encoding="utf-8")

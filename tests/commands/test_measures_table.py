@@ -32,6 +32,11 @@ def test_rare_measures_are_shown_where_they_say_something(capsys: pytest.Capture
     assert "degenerate faces" not in names
 
 
+def test_a_run_by_tiles_shows_what_it_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a mesh whose elements alone were counted, the table has no rows of dashes."""
+    assert [row[0].strip() for row in shown({"vertices": 4, "faces": 2}, {"vertices": 4, "faces": 2}, capsys)] == USUAL[:2]
+
+
 def test_measures_beyond_all_numbers_are_said(capsys: pytest.CaptureFixture[str]) -> None:
     """The area of a mesh that is 1e160 large is no number of double precision, and stands as the text that records give it."""
     rows = shown({"area": "inf"}, {"area": 2.0}, capsys)

@@ -131,6 +131,15 @@ def test_wrong_set_is_wrong_usage(tmp_path: Path, scan: Path, override: str, sai
     assert files(tmp_path) == before
 
 
+@pytest.mark.parametrize("limit", ["--require", "--max-displacement", "--max-volume-change", "--keep-sharp"])
+def test_an_empty_limit_is_refused(tmp_path: Path, scan: Path, limit: str) -> None:
+    """A limit from an empty variable of the shell is wrong usage, not a run without the limit."""
+    done = invoke("run", "smooth_taubin", scan, "-o", tmp_path / "new.ply", limit, "")
+    assert done.exit_code == 2
+    assert "''" in done.stderr
+    assert not (tmp_path / "new.ply").exists()
+
+
 def test_a_file_in_the_way_stays_unless_overwrite_is_given(tmp_path: Path, scan: Path) -> None:
     """An output that some other program wrote is refused with 1, and replaced when asked by name."""
     output = tmp_path / "out.ply"

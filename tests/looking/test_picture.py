@@ -252,13 +252,17 @@ def test_nothing_of_opengl_is_loaded(tmp_path: Path) -> None:
 
 
 def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
-    """Sizes, titles and close-ups that cannot be are usage errors, before any picture is written."""
+    """Sizes, titles and close-ups that cannot be, and options without effect, are usage errors, before any picture is written."""
     bunny = sample_path("bunny.obj")
     for wrong, words in (
         (["-o", tmp_path / "x.png", "--size", "big"], "WIDTHxHEIGHT"),
         (["-o", tmp_path / "x.png", "--title", "a", "--title", "b"], "2 titles for 1 meshes"),
         (["-o", tmp_path / "x.png", "--zoom", "vertex=99999999,1%"], "N below the"),
+        (["-o", tmp_path / "x.png", "--zoom", "vertex=-1,1%"], "N below the"),
         (["-o", tmp_path / "x.png", "--zoom", "0,0,0,0"], "above 0"),
+        (["-o", tmp_path / "x.png", "--limits", "-1,1"], "--limits: --color plain does not show it"),
+        (["-o", tmp_path / "x.png", "--color", "shape", "--tolerance", "0.1"], "--tolerance: --color shape does not show it"),
+        (["-o", tmp_path / "x.png", "--color", "scalar", "--stripes", "30"], "--stripes: --color scalar does not show it"),
     ):
         result = invoke("picture", bunny, *map(str, wrong))
         assert result.exit_code == 2, wrong

@@ -188,6 +188,17 @@ def test_clouds_have_a_report(tmp_path: Path) -> None:
     assert "Distance from the mesh before." in text
 
 
+def test_options_about_a_report_need_it(tmp_path: Path) -> None:
+    """Without --report, sections, limits of its colours and the upright axis are refused before any mesh is opened."""
+    for command in (["compare", "a.ply", "b.ply"], ["run", "smooth_taubin", "a.ply", "-o", str(tmp_path / "b.ply")]):
+        for name, value in (("--up", "z"), ("--up", "y"), ("--limits", "-1,1"), ("--section", "z=1")):
+            if command[0] == "run" and name != "--up":
+                continue
+            done = invoke(*command, name, value)
+            assert done.exit_code == 2
+            assert f"Invalid value for {name}: it is about the report: give --report, too" in done.stderr
+
+
 def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> None:
     """A wrong extension, a missing folder and an unknown axis are told before any mesh is opened."""
     for more, words, code in (

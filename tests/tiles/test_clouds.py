@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
+from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cells import divide
@@ -265,5 +266,5 @@ def test_points_that_are_not_finite_are_refused(tmp_path: Path) -> None:
     points = uneven(0)
     points[777, 1] = np.nan
     cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
-    with pytest.raises(FilterInputError, match=r"point 777 is .*nan.* not finite"):
+    with pytest.raises(ContentsError, match=r"point 777 is .*nan.* not finite: drop --tiles, and such points are left out"):
         cloud.survey(100)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.files.errors import ContentsError
+from pymeshfair.files.inputs import read_file
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
@@ -47,7 +48,7 @@ def scan(path: Path, *, form: int, count: int = 700) -> Any:
 
 @pytest.mark.parametrize(("form", "extension"), [(1, "las"), (3, "laz"), (6, "las"), (7, "laz")])
 def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> None:
-    """What is kept is what LoOP keeps, each point with the bytes it had, and the probability as a dimension of its own."""
+    """What is kept is what LoOP keeps, each point with the bytes it had, and the probability as the scalar that readers find."""
     source = scan(tmp_path / f"in.{extension}", form=form)
     points = np.stack([source.x, source.y, source.z], axis=1)
     expected = local_outlier_probability(points, neighbors=9, extent=2.0)
@@ -66,7 +67,9 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     found = laspy.read(tmp_path / f"out.{extension}")
     for name in source.points.array.dtype.names:
         np.testing.assert_array_equal(found.points.array[name], source.points.array[name][kept])
-    np.testing.assert_array_equal(found["outlier_probability"], expected[kept])
+    np.testing.assert_array_equal(found["scalars"], expected[kept])
+    reading = read_file(tmp_path / f"out.{extension}")
+    np.testing.assert_array_equal(reading.mesh.vertex_scalars, expected[kept])
     np.testing.assert_array_equal(found.header.scales, source.header.scales)
     np.testing.assert_array_equal(found.header.offsets, source.header.offsets)
     assert found.header.version == source.header.version
@@ -150,15 +153,27 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
         assert whole.dtype[name] == tiled.dtype[name]
 
 
+@pytest.mark.parametrize("extension", ["ply", "laz"])
+def test_the_losses_of_an_e57_file_are_told(extension: str, tmp_path: Path) -> None:
+    """By tiles as in one piece, a run tells that its output has no places of the scanner, and which file lacks what."""
+    pytest.importorskip("pye57")
+    survey(tmp_path / "in.e57")
+    told = []
+    for options in ((), ("--tiles",)):
+        done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / f"out.{extension}", *options, "--overwrite")
+        lines = [line for line in done.stderr.splitlines() if line.startswith("warning: ")]
+        told.append({line for line in lines if "its scale is" not in line and "done by tiles" not in line})
+    assert f"warning: out.{extension} does not hold these contents of in.e57: the scanner's places (2)" in told[0]
+    assert told[0] == told[1]
+
+
 def test_an_e57_file_becomes_a_laz_file(tmp_path: Path) -> None:
     """The same points with the same fields as in one piece, places within the steps of the files, intensities in 16 bits."""
     cleaned_both_ways(tmp_path, "laz", "its intensity from 0 to 1 is stored as whole numbers from 0 to 65535")
     whole, tiled = (laspy.read(tmp_path / name) for name in ("whole.laz", "tiled.laz"))
-    names, others = (
-        set(file.point_format.dimension_names) - {"X", "Y", "Z", "scalars", "outlier_probability"} for file in (whole, tiled)
-    )
+    names, others = (set(file.point_format.dimension_names) for file in (whole, tiled))
     assert names == others
-    for name in names:
+    for name in names - {"X", "Y", "Z", "scalars"}:
         np.testing.assert_array_equal(whole[name], tiled[name])
     assert whole.intensity.max() > 60_000
     np.testing.assert_allclose(whole.xyz, tiled.xyz, rtol=0, atol=0.5 * (whole.header.scales + tiled.header.scales).max() + 1e-12)

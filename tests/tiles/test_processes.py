@@ -18,6 +18,7 @@ from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.sources import PlyFile
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke, run_process
+from tests.files.surveys import scan as survey
 from tests.meshes import icosphere
 from tests.tiles.test_clouds import uneven
 from tests.tiles.tiling import children_of, kill, write_cloud, write_mesh
@@ -235,15 +236,21 @@ def test_what_needs_the_whole_is_refused(recipe: Path, tmp_path: Path, options: 
 
 
 def test_inputs_that_cannot_be_cut_are_refused(recipe: Path, tmp_path: Path) -> None:
-    """The input itself as the output, a mesh in place of a cloud, and a format that is not read by slices."""
+    """The input itself, a mesh in place of a cloud, points at NaN and other formats are refused with what tiles can take."""
     vertices, faces = icosphere(1)
     mesh, scan = write_mesh(tmp_path / "mesh.ply", vertices, faces), write_cloud(tmp_path / "scan.ply", uneven(5))
-    text = tmp_path / "scan.xyz"
+    las, text, points = tmp_path / "scan.las", tmp_path / "scan.xyz", uneven(5)
+    survey(las, form=3)
+    points[7, 1] = np.nan
+    broken = write_cloud(tmp_path / "broken.ply", points)
     text.write_bytes(b"0 0 0\n1 0 0\n")
     for arguments, said in (
         ((scan, "-o", scan), "it is the input"),
         ((scan, "-o", tmp_path / "out.las"), "a .ply file can become .ply, not .las"),
-        ((text, "-o", tmp_path / "out.ply"), "'.xyz' is no format for meshes"),
+        ((scan, "-o", tmp_path / "out.laz"), "a .ply file can become .ply, not .laz"),
+        ((las, "-o", tmp_path / "out.ply"), "a .las file can become .las, .laz, not .ply"),
+        ((broken, "-o", tmp_path / "out.ply"), f"error: cannot read {broken}: point 7 is ["),
+        ((text, "-o", tmp_path / "out.ply"), "by tiles the recipe reads .ply, .las, .laz, .e57, not .xyz"),
     ):
         done = invoke("run", recipe, *arguments, "--tiles")
         assert done.exit_code == 1

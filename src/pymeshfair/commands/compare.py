@@ -38,7 +38,7 @@ def compare(
         list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
     ] = None,
     report: options.Report = None,
-    up: options.Up = "y",
+    up: options.Up = None,
     allow_outside: options.AllowOutside = False,
     unchecked: options.Unchecked = False,
     overwrite: options.Overwrite = False,
@@ -50,27 +50,22 @@ def compare(
     """
     from ..declaration.parameters import unit_of_scan
     from ..files.formats import extension
-    from ..files.writing import check_target, write_file
+    from ..files.writing import write_file
     from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
     from ..running.read import read_mesh
 
+    options.check_report(report, overwrite=overwrite, section=section, limits=limits, up=up)
     planes = []
     if section:
         from ..report.page import Plane  # imported here, as it loads Pillow
 
         planes = [Plane.parse(text) for text in section]
-    if planes and report is None:
-        raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
-    if report is not None:
-        check_target(report, options.PAGES, overwrite=overwrite)
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
     reading: dict[str, Any] = {"self_intersections": self_intersections, "allow_outside": allow_outside, "unchecked": unchecked}
     meshes = [read_mesh(path, **reading) for path in (before, after)]
-    alignment = None
-    if align:
-        meshes[1], alignment = _aligned(*meshes)
+    meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
     units = [mesh.mesh.unit for mesh in meshes]
     unit = unit_of_scan(unit, units[0])
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
@@ -97,7 +92,7 @@ def compare(
             title=f"{before.name} and {after.name}",
             subtitle="Comparison of two meshes.",
             numbers=plain({**numbers, "files": {key: path.name for key, path in files.items()}}),
-            up=up,
+            up=up or "y",
             warnings=warnings,
             limits=ends,
             planes=planes,

@@ -44,10 +44,7 @@ def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection
 
 
 def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> None:
-    """Print measures as a table, a column for each mesh; rare measures that are 0 or unknown in all meshes are left out.
-
-    `columns` has the measures of each mesh by the header of its column. `unit` is the unit of the scan, or None.
-    """
+    """Print the measures of meshes, given by the header of their columns, as the table of `measure_rows`."""
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
@@ -107,7 +104,6 @@ class ProgressLines(contextlib.ExitStack):
             self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
-        """Show an event of the run."""
         if not isinstance(event, Message):
             self._show(event)
         elif event.level == "info":

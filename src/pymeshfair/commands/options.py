@@ -27,9 +27,26 @@ Overwrite = Annotated[bool, Option("--overwrite", help="Replace existing files."
 Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The allowed distance of the surfaces: 0.1%, 0.5edge, 0.05mm.")]
 Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colour bar: -0.1,0.1 or -0.1mm,0.1mm.")]
 Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a report as a page that needs no network.")]
-Up = Annotated[Literal["y", "z"], Option(help="The upright axis in pictures.")]
+Up = Annotated[Literal["y", "z"] | None, Option(help="The upright axis in pictures; by default y.")]
 #: the extensions of reports
 PAGES = ("html", "htm")
+
+
+def refuse_unused(why: str, **unused: object) -> None:
+    """Refuse options that would do nothing, by name, if one has a value."""
+    for name, value in unused.items():
+        if value not in (None, []):
+            raise typer.BadParameter(why, param_hint=f"--{name}")
+
+
+def check_report(report: Path | None, *, overwrite: bool, **about: object) -> None:
+    """Refuse a report that cannot be written, and options about a report that is not wanted."""
+    from ..files.writing import check_target
+
+    if report is None:
+        refuse_unused("it is about the report: give --report, too", **about)
+    else:
+        check_target(report, PAGES, overwrite=overwrite)
 
 
 def _recipes(incomplete: str) -> list[str]:
@@ -75,13 +92,14 @@ class RunOptions:
     allow_outside: AllowOutside = False
     unchecked: Unchecked = False
     keep_all: Annotated[bool, Option("--keep-all", help="Fail if OUTPUT would lose anything of INPUT or the result.")] = False
-    max_displacement: Annotated[str, Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.1%, 0.5edge, 0.05mm.")] = ""
+    max_displacement: Annotated[str | None, Option(metavar="LENGTH", help="Fail if vertices move more: 0.1%, 1edge, 2mm.")] = None
     unit: Unit = None
-    max_volume_change: Annotated[str, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = ""
+    max_volume_change: Annotated[str | None, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = None
     require: Annotated[
-        str, Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless OUTPUT is all this.")
-    ] = ""
-    keep_sharp: Annotated[str, Option(metavar="PERCENT", help="Fail if a smaller share of the sharp edges is kept: 95%.")] = ""
+        str | None,
+        Option(metavar="watertight,manifold,oriented,printable,components=N,genus=N", help="Fail unless OUTPUT is all this."),
+    ] = None
+    keep_sharp: Annotated[str | None, Option(metavar="PERCENT", help="Fail if less of the sharp edges is kept: 95%.")] = None
     keep_broken: Annotated[bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code stays 1.")] = False
     no_measures: Annotated[
         bool, Option("--no-measures", help="Measure nothing, which is faster; then no limits can be set, and no change is shown.")
@@ -110,7 +128,7 @@ class RunOptions:
             memory_limit=memory_limit(self.memory),
             overrides=overrides,
             command=tuple(sys.argv),
-            guards=Guards.parse({name: text for name, text in limits.items() if text}),
+            guards=Guards.parse({name: text for name, text in limits.items() if text is not None}),
             measures=not self.no_measures,
             **fields,
         )

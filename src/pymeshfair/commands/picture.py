@@ -31,13 +31,13 @@ def picture(
         str,
         Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="The side seen, or degrees to the right and upwards."),
     ] = "front",
-    up: options.Up = "y",
+    up: options.Up = None,
     zoom: Annotated[
         str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in on a point; SIZE is a length: 20, 10%, 30edge.")
     ] = "",
     size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="The size of each panel in pixels.")] = "640x640",
     title: Annotated[list[str] | None, Option(metavar="TEXT", help="The title of a panel; by default the file's name.")] = None,
-    stripes: Annotated[float, Option(help="The number of reflection lines; more show smaller defects.", min=1)] = 8.0,
+    stripes: Annotated[float | None, Option(help="Reflection lines, by default 8; more show smaller defects.", min=1)] = None,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,
     unit: options.Unit = None,
@@ -56,11 +56,18 @@ def picture(
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
-    from ..looking.picture import Appearance, check_coloring, draw_meshes, view_angles
+    from ..looking.picture import COLORINGS, Appearance, check_coloring, draw_meshes, view_angles
     from ..running.read import read_mesh
 
     check_target(output, PICTURES, overwrite=overwrite)
     check_coloring(color)
+    coloring = COLORINGS.get(color)
+    options.refuse_unused(
+        f"--color {color} does not show it: leave it out, or choose another --color",
+        limits=None if coloring else limits,
+        tolerance=None if coloring and coloring.diverging else tolerance,
+        stripes=None if color == "reflection" else stripes,
+    )
     azimuth, elevation = view_angles(view)
     try:
         width, height = (int(part) for part in size.casefold().split("x"))
@@ -81,12 +88,12 @@ def picture(
         color=color,
         azimuth=azimuth,
         elevation=elevation,
-        up=up,
+        up=up or "y",
         centre=centre,
         extent=extent,
         width=width,
         height=height,
-        stripes=stripes,
+        stripes=stripes or 8.0,
     )
     drawn = draw_meshes([read.mesh for read in opened], title or [path.name for path in meshes], appearance)
     encoded = io.BytesIO()
@@ -109,7 +116,8 @@ def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], floa
         raise ParameterError(f"--zoom {text}: the size of a close-up must be above 0")
     try:
         if len(place) == 1 and place[0].startswith("vertex="):
-            x, y, z = read.mesh.vertices[int(place[0].removeprefix("vertex="))]
+            vertex = int(place[0].removeprefix("vertex="))
+            x, y, z = read.mesh.vertices[vertex if vertex >= 0 else len(read.mesh.vertices)]
         else:
             x, y, z = (float(part) for part in place)
     except (ValueError, IndexError):

@@ -51,7 +51,7 @@ def run(
     tiles: Annotated[bool, Option("--tiles", help="Work in tiles, if memory is too small; see docs/scale.md.")] = False,
     resume: Annotated[bool, Option("--resume", help="With --tiles: continue a killed run.")] = False,
     report: options.Report = None,
-    up: options.Up = "y",
+    up: options.Up = None,
     json: options.Json = False,
 ) -> None:
     """Clean a mesh file with a recipe.
@@ -60,11 +60,10 @@ def run(
     completely or not at all. An existing OUTPUT is replaced only if the same run wrote it (same INPUT, recipe and settings) and
     no byte of it has changed since. Otherwise the run is refused, unless --overwrite is given.
     """
-    from ..files.writing import check_target
     from ..running.supervise import run_job, workers_of_runs
 
+    options.check_report(report, overwrite=overwrite, up=up)
     if report is not None:
-        check_target(report, options.PAGES, overwrite=overwrite)
         chosen.check_measured()
     with workers_of_runs() as workers:
         if not tiles:
@@ -88,33 +87,28 @@ def run(
             from ..tiles.course import run_by_tiles
 
             carry_out(job, lambda show: run_by_tiles(job, show, scheduler=scheduler, resume=resume), json=json)
-        elif report is not None:
-            page = partial(_staged_report, job, report, up)
-            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
         else:
-            carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
+            page = None if report is None else partial(_staged_report, job, report, up or "y")
+            carry_out(job, lambda show: run_job(job, show, workers=workers, also=page), json=json, report=report)
 
 
 def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
     """The report of a run as a staged file, which is moved to its place together with the output."""
     from json import loads
 
-    from ..files.writing import check_target, stage_file
+    from ..files.writing import stage_file
     from ..report.comparison_page import run_page
     from ..running.read import read_mesh
 
     before = read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked)
     after = read_mesh(result.output, self_intersections=None)
     page = run_page(loads(result.provenance.read_text("utf-8", "surrogateescape")), before, after, up=up)
-    check_target(path, options.PAGES, overwrite=job.overwrite)
+    options.check_report(path, overwrite=job.overwrite)
     return [stage_file(result.output.with_name("report.html"), path.absolute(), page)]
 
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
-    """Run the job with its progress on stderr, then print its result on stdout.
-
-    `carry` runs the job, given the callback for events; `report` is the path of the report that the run writes.
-    """
+    """Run the job by `carry` with its progress on stderr, then print its result on stdout."""
     from .display import progress
 
     with progress() as show:
@@ -172,8 +166,10 @@ def demo(
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(folder, error.strerror or str(error)) from error
-        if not (folder / "face.ply").exists():
+        if not (folder / "face.ply").is_file():
             write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
+        elif (folder / "face.ply").read_bytes() != scan.read_bytes():
+            raise OutputError(folder / "face.ply", "another file has this name; name another folder with --output")
         say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
         carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)

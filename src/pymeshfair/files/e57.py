@@ -50,11 +50,11 @@ def doubts_of(missing: int) -> tuple[str, ...]:
     return (f"{missing:,} points at which nothing was measured are left out",) if missing else ()
 
 
-def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
-    """Returns the declared number of points, measured or not, and warnings about fields that some scans lack."""
+def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
+    """Returns the declared number of points, measured or not, warnings about fields that some scans lack, and other contents."""
     with _opened(path) as file:
         survey = _Survey(file)
-        return survey.declared, survey.doubts
+        return survey.declared, survey.doubts, _extras(file, survey.headers)
 
 
 class _Survey:
@@ -158,8 +158,7 @@ def _placed(header: Any, fields: dict[str, Array]) -> Floats:
         raise ContentsError(f"one of its scans has points without coordinates; their fields are {', '.join(fields)}")
     if not header.has_pose():
         return places
-    placed: Floats = places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation)
-    return placed
+    return np.asarray(places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation))
 
 
 def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:

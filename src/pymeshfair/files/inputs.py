@@ -8,7 +8,7 @@ import os
 import re
 import stat
 import warnings
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -126,14 +126,14 @@ Reader: TypeAlias = Callable[[Path, References], Reading]
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 
 
-def check_input(path: Path, formats: Collection[str] = (*READABLE, *UNCHECKED)) -> None:
-    """Refuses a path that cannot be a mesh file of one of the formats, without opening it."""
+def check_input(path: Path) -> None:
+    """Refuses a path that cannot be a mesh file, without opening it."""
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
-    if extension(path) not in formats:
+    if extension(path) not in (*READABLE, *UNCHECKED):
         what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that says the format"
-        raise InputError(path, f"{what}; a run reads {listed(formats)}")
+        raise InputError(path, f"{what}; a run reads {listed((*READABLE, *UNCHECKED))}")
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:

@@ -125,7 +125,7 @@ def read_las(path: Path, references: References) -> Reading:
     mesh = MeshData(
         vertices=vertices,
         vertex_attributes=attributes,
-        unit=_unit([*header.vlrs, *(records or ())]),
+        unit=las_unit(header, records),
         source=Source(path, "las", LasDocument(header, records, deep), _extras(header, records)),
     )
     return Reading(mesh)
@@ -137,19 +137,12 @@ def _levels(deep: NDArray[np.uint16]) -> NDArray[np.uint8]:
     return levels
 
 
-def las_unit(path: Path) -> str | None:
-    """Returns the unit of length in the coordinate reference system of a file; raises the errors of `opened`."""
-    with opened(path) as reader:
-        return _unit([*reader.header.vlrs, *(reader.evlrs or ())])
-
-
-def _unit(records: list[Any]) -> str | None:
+def las_unit(header: Any, records: Any) -> str | None:
     """Returns the unit of length in the coordinate reference system, or None without a known unit."""
-    for record in records:
+    for record in (*header.vlrs, *(records or ())):
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
             # The text may have units of angles and of heights, too: the first known unit of length counts.
-            units = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
-            for name in units:
+            for name in re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE):
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
                     return unit
         for key in getattr(record, "geo_keys", ()):

@@ -7,7 +7,7 @@ output wrote that file, and the file has not changed since.
 import os
 import re
 import shutil
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -47,9 +47,9 @@ class MadeFrom:
         return None
 
 
-def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
+def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
     """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
-    check_kind(output, formats)
+    check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
     if extension(output) in ("las", "laz") and find_spec("laspy") is None:
@@ -192,7 +192,7 @@ def save_mesh(
         warnings.append(f"{output.name} does not hold the {words} of the mesh; .ply keeps them")
     source = mesh.source
     if source is not None and source.extras and (source.format != kind.extension or source.document is None):
-        warnings.append(f"{output.name} does not hold these contents of {source.path.name}: {'; '.join(source.extras)}")
+        warnings.append(without_extras(output, source.path, source.extras))
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
     side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
@@ -209,6 +209,11 @@ def save_mesh(
     if writing.materials:
         side_files.append(stage_file(material_path(staged), material_path(output), b"".join(writing.materials)))
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
+
+
+def without_extras(output: Path, source: Path, extras: Sequence[str]) -> str:
+    """Returns the warning that an output lacks contents of its input."""
+    return f"{output.name} does not hold these contents of {source.name}: {'; '.join(extras)}"
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:

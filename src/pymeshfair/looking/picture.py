@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..declaration import Floats, nearest
-from ..errors import MeshError, ParameterError
+from ..declaration import Floats
+from ..errors import MeshError, ParameterError, hint
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import (
     Limits,
@@ -139,9 +139,7 @@ def check_coloring(name: str) -> None:
     """Raises `ParameterError` with the nearest name if there is no such coloring."""
     names = [*OTHERS, *COLORINGS]
     if name not in names:
-        near = nearest(name, names)
-        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(names)}"
-        raise ParameterError(f"{name!r} is no coloring; {hint}")
+        raise ParameterError(f"{name!r} is no coloring; " + hint(name, names, f"it takes {', '.join(names)}"))
 
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
@@ -175,9 +173,8 @@ def view_angles(text: str) -> tuple[float, float]:
     try:
         azimuth, elevation = (float(part) for part in text.split(","))
     except ValueError:
-        near = nearest(text, VIEWS)
-        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
-        raise ParameterError(f"{text!r} is no view; {hint}") from None
+        allowed = f"it takes {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
+        raise ParameterError(f"{text!r} is no view; {hint(text, VIEWS, allowed)}") from None
     if not (math.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
         raise ParameterError(f"{text!r} is no view: the elevation is from -90 to 90 degrees")
     return azimuth, elevation

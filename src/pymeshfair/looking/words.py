@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 #: the largest number of pieces that get a line each
 _MOST_PIECES = 5
-#: a measure, its words, and whether it has a row even if all values are 0 or unknown (clouds alone: not if all are unknown)
+#: a measure, its words, and whether it has a row even if all values are 0 or unknown (clouds, runs by tiles: if one is known)
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -42,12 +42,12 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     """Returns a row for each measure: name, and value for each mesh; `_MEASURES` says which rows are left out."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
-    clouds = all(measures.get("faces") == 0 for measures in columns.values())
+    incomplete = all(measures.get("faces") == 0 or "area" not in measures for measures in columns.values())
     rows = []
     for name, words, always in _MEASURES:
         # In a cloud all vertices are unreferenced, which is no fault.
         values = [measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values())]
-        if any(values) or (always and not (clouds and all(value is None for value in values))):
+        if any(values) or (always and not (incomplete and all(value is None for value in values))):
             rows.append([words + powers.get(name, ""), *(_value_text(measures.get(name)) for measures in columns.values())])
     return rows
 
@@ -91,11 +91,10 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     if without_noise := change.get("sides_without_noise"):
         lines.append(f"sides, measured without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
-        x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
-            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {_at(moved['place'])}"
         )
     shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
     relief = f"relief with waves from {shortest:g} mean edges on" if shortest else "relief apart from noise"

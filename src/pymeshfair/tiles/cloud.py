@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FilterInputError
+from ..files.errors import ContentsError
 from ..files.polygons import numbered
 from ..filters import outliers
 from ..filters.execution import part_of
@@ -100,11 +101,10 @@ class Cloud:
         """Returns the number of remaining points, and the corners of their box; refuses coordinates that are not finite."""
         count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
         for points, numbers in self.slices(size):
-            if not np.isfinite(points).all():
-                bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
-                raise FilterInputError(
-                    f"point {numbers[bad]} is {points[bad].tolist()}, which is not finite: remove such points first"
-                )
+            finite = np.isfinite(points).all(axis=1)
+            if not finite.all():
+                text = f"point {numbers[finite.argmin()]} is {points[finite.argmin()].tolist()}, which is not finite"
+                raise ContentsError(f"{text}: drop --tiles, and such points are left out")
             count += len(points)
             low = np.minimum(low, points.min(axis=0, initial=np.inf))
             high = np.maximum(high, points.max(axis=0, initial=-np.inf))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
 from ..files.errors import ContentsError, InputError, OutputError
-from ..files.formats import extension
+from ..files.formats import extension, listed
 from ..files.inputs import check_input, check_magic, unchanged
 from ..files.outputs import check_output
 from ..files.provenance import described_file
@@ -124,10 +124,10 @@ class _TiledRun:
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
         """Does the steps on a cloud and writes the result; returns the report."""
-        source, notes, tile = open_cloud(self.job.input), tuple[str, ...](), self.share.tile
+        source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
-            notes = self.tasks.run(source.rewrite, rewritten, slice_rows(tile, source.row))
+            notes = self.tasks.run(source.rewrite, rewritten, slice_rows(tile, source.row), self.job.output)
             source = open_cloud(rewritten)
             assert not isinstance(source, E57Cloud)
         cloud, stages = Cloud(source, self.folder), []
@@ -161,7 +161,7 @@ class _TiledRun:
         after = {**sizes, "low": np.min(lows, axis=0), "high": np.max(highs, axis=0)}
         return self._report([{**sizes, "tiles": len(tiles)}] * len(plan), after)
 
-    def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: tuple[str, ...] = ()) -> Report:
+    def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: Sequence[str] = ()) -> Report:
         """Returns the report; `stages` has the sizes before each step, `after` those of the result, `notes` further warnings."""
         report = Report(
             input={},
@@ -218,31 +218,31 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
     is_cloud = plan[0].is_on_cloud
-    formats = CLOUD_FORMATS if is_cloud else ("ply",)
+    readable = (*CLOUD_FORMATS, "e57") if is_cloud else ("ply",)
     if job.all_guards or job.map is not None or job.others or job.keep_all:
         raise ParameterError(
             "limits, an intervention map, further layers and --keep-all need the whole mesh; leave them out, or drop --tiles"
         )
-    check_input(job.input, (*formats, "e57") if is_cloud else formats)
+    check_input(job.input)
+    kind = extension(job.input)
+    if kind not in readable:
+        raise InputError(job.input, f"by tiles the recipe reads {listed(readable)}, not .{kind}: convert it, or drop --tiles")
     try:
         check_magic(job.input)
         source = open_cloud(job.input) if is_cloud else MeshFile(job.input)
         needed = _room(plan, source)
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
-    check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
-    kinds = ["las" if kind == "laz" else kind for kind in map(extension, (job.input, job.output))]
-    if kinds[0] != kinds[1] and kinds[0] != "e57":
-        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file can become .{kinds[0]}, not .{kinds[1]}")
+    check_output(job.output, job.made_from, overwrite=job.overwrite)
+    writable = {"e57": CLOUD_FORMATS, "ply": ("ply",)}.get(kind, ("las", "laz"))
+    if extension(job.output) not in writable:
+        raise OutputError(job.output, f"by tiles a .{kind} file can become {listed(writable)}, not .{extension(job.output)}")
     folder = job.output.absolute().parent
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
     if needed > free:
-        raise OutputError(
-            job.output,
-            f"the work needs {needed / 1e9:.3g} GB, and the disk of {folder} has {free / 1e9:.3g} GB free: free some, or name an "
-            "output on another disk",
-        )
+        lack = f"the work needs {needed / 1e9:.3g} GB, and the disk of {folder} has {free / 1e9:.3g} GB free"
+        raise OutputError(job.output, f"{lack}: free some, or name an output on another disk")
     memory = job.memory_limit or this_system().usable_memory() or _USUAL_MEMORY
     return plan, memory, budget(memory, this_system().processors())
 

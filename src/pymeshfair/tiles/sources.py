@@ -15,6 +15,7 @@ from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
+from ..files.outputs import without_extras
 from ..files.ply import CORNERS, PLACE, SCALAR
 from ..files.ply_tables import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header, row_type, row_type_at
 from ..files.ply_write import write_ply
@@ -53,7 +54,6 @@ class SlicedTable:
         return rows
 
     def slices(self, size: int) -> Iterator[NDArray[Any]]:
-        """Yields all rows, `size` at a time."""
         for first in range(0, self.element.count, size):
             yield self.read(first, min(first + size, self.element.count))
 
@@ -68,7 +68,6 @@ class PlyFile:
 
     @cached_property
     def header(self) -> PlyHeader:
-        """Reads and checks the header."""
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text file; by tiles a PLY file must be binary")
@@ -102,7 +101,6 @@ class PlyFile:
         return self.vertices.dtype.itemsize
 
     def __len__(self) -> int:
-        """Returns the number of vertices."""
         return self.vertices.element.count
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
@@ -188,8 +186,8 @@ class LasCloud:
     """The points of a LAS or LAZ file; reading raises `ContentsError` if the file contradicts its header."""
 
     path: Path
-    #: the dimensions that store new values: "scalars", which are outlier probabilities, and "normals"
-    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("outlier_probability",), "normals": NORMAL}
+    #: the dimensions that store new values: outlier probabilities and normals
+    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": ("scalars",), "normals": NORMAL}
 
     @property
     def row(self) -> int:
@@ -198,14 +196,14 @@ class LasCloud:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
-        """Returns the number of points."""
         with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     @property
     def unit(self) -> str | None:
         """Returns the unit of the coordinate reference system; None without one."""
-        return las_unit(self.path)
+        with opened(self.path) as reader:
+            return las_unit(reader.header, reader.evlrs)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates, `size` points at a time."""
@@ -256,16 +254,18 @@ class E57Cloud:
     def __len__(self) -> int:
         return e57_survey(self.path)[0]
 
-    def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
-        """Writes a .ply or .las file without compression, `size` points at a time; returns notes about the conversion."""
+    def rewrite(self, target: Path, size: int, output: Path) -> list[str]:
+        """Writes a .ply or .las file without compression, `size` points at a time; returns the warnings of a run to `output`."""
         notes: tuple[str, ...] = ()
         with target.open("wb") as file:
             if extension(target) == "las":
                 notes = write_las_pieces(lambda: e57_pieces(self.path, size), file)
             else:
                 self._write_ply(file, size)
-        declared, doubts = e57_survey(self.path)
-        return (*doubts_of(declared - len(open_cloud(target))), *doubts, *notes)
+        declared, doubts, extras = e57_survey(self.path)
+        doubts = (*doubts_of(declared - len(open_cloud(target))), *doubts)
+        lost = [without_extras(output, self.path, extras)] if extras else []
+        return [*(f"{self.path.name}: {doubt}" for doubt in doubts), *lost, *(f"{output.name}: {note}" for note in notes)]
 
     def _write_ply(self, file: BinaryIO, size: int) -> None:
         count, count_line = 0, b"element vertex %020d\n"  # of fixed width, so that the final count can overwrite it
@@ -285,14 +285,8 @@ class E57Cloud:
 
 def open_cloud(path: Path) -> Source | E57Cloud:
     """Opens the cloud in a file; raises `ContentsError` if it has no point, or cannot be read by slices."""
-    cloud: Source | E57Cloud
-    match extension(path):
-        case "e57":
-            cloud = E57Cloud(path)
-        case "ply":
-            cloud = PlyFile(path)
-        case _:
-            cloud = LasCloud(path)
+    kinds: dict[str, type[Source | E57Cloud]] = {"e57": E57Cloud, "ply": PlyFile}
+    cloud = kinds.get(extension(path), LasCloud)(path)
     if not len(cloud):  # raises if the file cannot be opened
         raise ContentsError("no vertex could be read from it")
     if isinstance(cloud, PlyFile):
