@@ -72,11 +72,13 @@ def batch(
     if report:
         chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
-    folder, settings = output.absolute(), [setting.name for setting in template.recipe.script.settings]
-    selected, outputs = without_outputs(expand(inputs, settings), folder)
-    warn(*(f"left out: {path}, which is the output of a run" for path in outputs[:_NAMED]))
-    if len(outputs) > _NAMED:
-        warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
+    # Links keep their names, which other machines know; ".." is taken out, as it is of outputs.
+    folder = output.resolve() if ".." in output.parts else output.absolute()
+    settings = [setting.name for setting in template.recipe.script.settings]
+    selected, dropped = without_outputs(expand(inputs, settings), folder)
+    warn(*(f"left out: {text}" for text in dropped[:_NAMED]))
+    if len(dropped) > _NAMED:
+        warn(f"left out: {len(dropped) - _NAMED:,} further files, which are outputs")
     scans = plan_scans(selected, template.recipe, folder, name)
     slots = jobs or this_system().processors()
     task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
@@ -195,8 +197,8 @@ def _show_rows(summary: Summary, task: Task) -> None:
     for path in task.written:
         typer.echo(f"  {path}")
     if counts["left"]:
-        whole = " and without --sample" if task.sample else ""
-        typer.echo(f"The same command with --resume{whole} cleans those that are left.")
+        without = [f" and without {option}" for option, given in (("--sample", task.sample), ("--stop", task.stop)) if given]
+        typer.echo(f"The same command with --resume{''.join(without)} cleans those that are left.")
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
