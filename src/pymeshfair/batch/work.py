@@ -305,8 +305,7 @@ class Task:
             try:
                 check_input(scan.input)
                 size += scan.input.stat().st_size
-                if scan.output.parent.is_dir():
-                    check_output(scan.output, job.made_from, overwrite=template.overwrite)
+                check_output(scan.output, job.made_from, overwrite=template.overwrite, makes_folder=True)
             except (RunError, OSError) as error:
                 problems[scan.number] = str(error)
         states = {scan.number: "done" if scan.number in done else "to do" for scan in self.scans}

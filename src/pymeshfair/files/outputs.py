@@ -47,7 +47,9 @@ class MadeFrom:
         return None
 
 
-def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
+def check_output(
+    output: Path, made_from: MadeFrom, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE), makes_folder: bool = False
+) -> None:
     """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
     check_kind(output, formats)
     if output.name.lower().endswith(".copc.laz"):
@@ -55,7 +57,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
     if extension(output) in ("las", "laz") and find_spec("laspy") is None:
         raise OutputError(output, MISSING_LASPY)
     files = [output, provenance_path(output), *([material_path(output)] if extension(output) == "obj" else [])]
-    existing = [path for path in files if check_place(path)]
+    existing = [path for path in files if check_place(path, makes_folder=makes_folder)]
     if overwrite:
         return
     if output in existing and output.samefile(made_from.input):
