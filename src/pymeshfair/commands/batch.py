@@ -50,7 +50,7 @@ def batch(
     ] = "",
     jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one per processor.", min=1)] = None,
     stop: Annotated[bool, Option("--stop/--keep-going", help="Stop at the first scan that fails or breaks a limit.")] = False,
-    resume: Annotated[bool, Option("--resume", help="Skip scans done with the same input, recipe, limits and versions.")] = False,
+    resume: Annotated[bool, Option("--resume", help="Skip scans done with equal input, recipe, options and versions.")] = False,
     sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans of different file sizes.", min=1)] = None,
     report: Annotated[bool, Option("--report", help="Write batch.html, with a row for each scan, and a page of each.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
