@@ -195,6 +195,8 @@ def _show_rows(summary: Summary, task: Task) -> None:
     words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
     for path in task.written:
+    if any(outcome.breaches and outcome.error for outcome in summary.outcomes):
+        typer.echo("--keep-broken writes scans that broke a limit all the same; pymeshfair run --map OUT.ply shows where.")
         typer.echo(f"  {path}")
     if counts["left"]:
         without = [f" and without {option}" for option, given in (("--sample", task.sample), ("--stop", task.stop)) if given]

@@ -115,10 +115,16 @@ def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *
 
     `carry` runs the job, given the callback for events; `report` is the path of the report that the run writes.
     """
+    from ..errors import GuardBroken
     from .display import progress
 
     with progress() as show:
-        result = carry(show)
+        try:
+            result = carry(show)
+        except GuardBroken as error:
+            where = "" if error.maps else "; --map OUT.ply shows where"
+            error.args = (f"{error}{where}; --keep-broken writes it all the same",)
+            raise
     warn(*result.warnings)
     if report is not None:
         say(f"Report: {report}", err=True)
