@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..calling import StoppedError
+from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
@@ -189,7 +189,7 @@ class Session:
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-            text, name = " ".join(str(error).split()), step.filter.python_name  # `_failed` names the filter already
+            text, name = " ".join(reason(error).split()), step.filter.python_name  # `_failed` names the filter already
             raise self._failed(
                 text.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
             ) from error
