@@ -90,6 +90,14 @@ class Document:
     def current(self) -> MeshData:
         """The mesh of the current layer."""
         if self.current_id is None:
+    @property
+    def has_faces(self) -> bool:
+        """Whether the current layer has faces; False without layers."""
+        if self.current_id is None:
+            return False
+        mesh = self._meshes[self.current_id]
+        return len(mesh.faces) > 0 if mesh is not None else self._door.has_faces()
+
             raise MeshError("there is no mesh")
         return self.mesh(self.current_id)
 

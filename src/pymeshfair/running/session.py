@@ -91,6 +91,7 @@ class Session:
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
+        self._emptied = 0  # the step that left no faces of the mesh; 0 if there are faces, or were none from the beginning
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._notes: list[str] = []
         self._unit: str | None = None
@@ -176,9 +177,14 @@ class Session:
         self._event(StepStarted(number, len(self._steps), step.filter.name))
         os.write(2, mark(number))
         started = time.perf_counter()
+            had_faces = self._document.has_faces
         try:
             parameters, values = self._document.apply(step)
             if not self._document.ids:
+            if self._document.has_faces:
+                self._emptied = 0
+            elif had_faces:
+                self._emptied = number
                 raise self._failed("it left no mesh")
         except (StepFailedError, MemoryError, MeshLabLoadError):
             raise
@@ -205,6 +211,8 @@ class Session:
         """The failure of the current step, or of the last step when all are done."""
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
+        if self._emptied:
+            reason += f"; step {self._emptied}, {self._steps[self._emptied - 1].filter.name!r}, left no faces"
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
         return StepFailedError(place, reason)
 
