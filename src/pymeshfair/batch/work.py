@@ -60,7 +60,6 @@ class Station:
     pool: Pool  # lends processes, see `pool_of`; each gets an equal share of processors and memory
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
-        """Queues a task."""
         return self.pool.call(self.do, kind, scan)
 
     def end(self) -> None:
@@ -117,7 +116,6 @@ class Station:
 
 
 def _share_of_threads(slots: int) -> int:
-    """Returns the number of threads of each of `slots` parallel tasks."""
     return max(1, this_system().processors() // slots)
 
 
@@ -237,9 +235,9 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
     """Returns what an output was made with: recipe and further layers (checksums), options, limits, versions of packages."""
-        {name: value for name, value in record.get("options", {}).items() if name != "own_texture_names"},
     return (
         record["recipe"]["sha256"],
+        {name: value for name, value in record.get("options", {}).items() if name != "own_texture_names"},
         [other["sha256"] for other in record["input"]["others"]],
         record.get("guards", {}).get("limits", {}),
         {name: record["versions"].get(name) for name in PACKAGES},

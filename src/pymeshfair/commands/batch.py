@@ -150,7 +150,6 @@ class BatchBar(BatchLines):
 
 
 def _line(scan: Scan, outcome: Outcome) -> str:
-    """One line about a finished scan."""
     from ..batch.outcomes import displacement_in_edges
 
     if outcome.error is not None:
@@ -195,21 +194,21 @@ def _show_rows(summary: Summary, task: Task) -> None:
     words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
     for path in task.written:
+        typer.echo(f"  {path}")
     if any(outcome.breaches and outcome.error for outcome in summary.outcomes):
         typer.echo("--keep-broken writes scans that broke a limit all the same; pymeshfair run --map OUT.ply shows where.")
-        typer.echo(f"  {path}")
     if counts["left"]:
         without = [f" and without {option}" for option, given in (("--sample", task.sample), ("--stop", task.stop)) if given]
         typer.echo(f"The same command with --resume{''.join(without)} cleans those that are left.")
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
-    from ..batch.outcomes import area_change, displacement_in_edges, largest_in_edges
+    from ..batch.outcomes import area_change, displacement_in_edges
 
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
     remarks += [outcome.former] if outcome.former else []
     remarks += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
-    numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
+    numbers = (displacement_in_edges(outcome), displacement_in_edges(outcome, "largest"), area_change(outcome))
     return [
         label,
         outcome.status + (" before" if outcome.resumed else ""),
@@ -221,7 +220,6 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
 
 
 def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
-    """Print the plan of a dry run, and every problem."""
     recipe, states = task.template.recipe, prospect.states
     steps = [step.filter.name for step in recipe.script.steps]
     if json:

@@ -77,7 +77,6 @@ class RunCache:
         return entry[1:]
 
     def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...]) -> None:
-        """Keep the layers after some steps, and the reports of these steps."""
         self._kept.append((steps, state, reports))
         del self._kept[: -self._states or None]
 
@@ -91,8 +90,8 @@ class Session:
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
-        self._emptied = 0  # the step that left no faces of the mesh; 0 if there are faces, or were none from the beginning
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
+        self._emptied = 0  # the step that left no faces of the mesh; 0 if there are faces, or were none from the beginning
         self._notes: list[str] = []
         self._unit: str | None = None
 
@@ -177,15 +176,15 @@ class Session:
         self._event(StepStarted(number, len(self._steps), step.filter.name))
         os.write(2, mark(number))
         started = time.perf_counter()
-            had_faces = self._document.has_faces
         try:
+            had_faces = self._document.has_faces
             parameters, values = self._document.apply(step)
             if not self._document.ids:
+                raise self._failed("it left no mesh")
             if self._document.has_faces:
                 self._emptied = 0
             elif had_faces:
                 self._emptied = number
-                raise self._failed("it left no mesh")
         except (StepFailedError, MemoryError, MeshLabLoadError):
             raise
         except StoppedError as error:
@@ -211,9 +210,9 @@ class Session:
         """The failure of the current step, or of the last step when all are done."""
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
+        place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
         if self._emptied:
             reason += f"; step {self._emptied}, {self._steps[self._emptied - 1].filter.name!r}, left no faces"
-        place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
         return StepFailedError(place, reason)
 
     def _note(self, text: str) -> None:
@@ -286,7 +285,6 @@ class Session:
         return notes
 
     def _removed_contents(self, read: MeshData, result: MeshData) -> list[str]:
-        """Sentences on contents of the file that the steps have removed."""
         texts = []
         removed = attributes_of(read) - attributes_of(result)
         # A recipe that makes curves of a surface removes the surface's attributes on purpose.
@@ -327,7 +325,6 @@ class Session:
 
 
 def _caused_by_memory(error: BaseException | None) -> bool:
-    """Whether an error, or one of its causes, is a lack of memory."""
     while error is not None:
         if isinstance(error, MemoryError) or "bad_alloc" in str(error):
             return True

@@ -92,7 +92,6 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     if changed := tuple(_changed(entries, output.parent)):
         return Verification("output changed", changed)
