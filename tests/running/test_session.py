@@ -480,7 +480,7 @@ def test_a_mesh_without_size_is_the_cause_and_not_the_detail_size(tmp_path: Path
     """Where all vertices lie at one place a length in mean edges is 0, and the error says why."""
     point = tmp_path / "point.ply"
     point.write_bytes(ply_bytes(xyz(np.zeros((3, 3))), [[0, 1, 2]]))
-    with pytest.raises(StepFailedError, match=r"the mesh has no size, so that detail_size cannot be measured by it$"):
+    with pytest.raises(StepFailedError, match=r": the mesh has no edge with a length, so that detail_size is 0: nothing to do$"):
         session_report(point, tmp_path / "out.ply", ("apply_coord_implicit_fairing", {"detail_size": "6edge"}))
 
 
