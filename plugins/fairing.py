@@ -50,7 +50,7 @@ def apply_coord_bilaplacian_smoothing(
             1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
     """
     if weight == 0.0 and detail_size == 0.0:
-        raise moving.no_amount("weight")
+        raise moving.no_amount(layer, "weight")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
     if weight:  # converted to a length: the weight per mean edge^4 may overflow

@@ -42,16 +42,15 @@ Border: TypeAlias = Annotated[
 Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
-DETAIL_SIZE = Percentage(
-    default="6edge",
-    automatic=-1,
-    help=_WAVES + "'auto' takes the size with the least expected error.",
-)
+DETAIL_SIZE = Percentage(default="6edge", automatic=-1, help=_WAVES + "'auto' takes the size with the least expected error.")
 SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 
 
-def no_amount(other: str) -> FilterInputError:
+def no_amount(layer: Layer, other: str) -> FilterInputError:
     """The error if neither the detail size nor the other parameter gives an amount."""
+    if layer.mean_edge == 0.0:
+        lacking = "edge with a length" if len(layer.faces) or len(layer.edges) else "faces"
+        return FilterInputError(f"the mesh has no {lacking}, so that detail_size is 0: nothing to do")
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
 
 
@@ -79,7 +78,7 @@ def smoothed_by_amount(
     if amount >= 0.0:
         return Smoothed(smooth(layer.vertices, layer.faces, amount, movable=movable, progress=progress), amount, {}, ())
     if not len(layer.faces):
-        raise FilterInputError("an automatic amount needs faces, and there are none: say how much to smooth")
+        raise FilterInputError("an automatic amount needs faces, and the mesh has none: give an amount, or a mesh with faces")
 
     def silent(points: Floats, faces: Ints, trial: float, moves: Bools | None) -> Floats:
         return smooth(points, faces, trial, movable=moves, progress=ignore_progress)

@@ -63,7 +63,7 @@ def apply_coord_implicit_fairing(
     if operator not in ("cotangent", "robust"):  # the other operators do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} does not work with a detail size: give a time_step, for example 1.0")
     if detail_size == 0.0:
-        raise moving.no_amount("time_step")
+        raise moving.no_amount(layer, "time_step")
 
     def time_of(size: float) -> float:
         return diffusion.time_step_of_detail_size(size, iterations=iterations, keep_dimensions=keep_dimensions)
@@ -242,7 +242,7 @@ def apply_coord_curve_smoothing(
     if by_size and weights == "uniform":
         raise FilterInputError("uniform weights ignore lengths: give a time_step, for example 10, or take 'inverse_length'")
     if by_size and detail_size == 0.0:
-        raise moving.no_amount("time_step")
+        raise moving.no_amount(layer, "time_step")
     options: dict[str, Any] = {"method": method, "weights": weights, "step": step, "mu": mu, "pass_band": pass_band or None}
     options |= {"time_step": time_step if method == "implicit" and not by_size else None}
     options |= {"detail_size": detail_size if by_size else None, "iterations": iterations, "border": border}

@@ -61,7 +61,7 @@ def apply_coord_spectral_filter(
             modes only if their number is given and memory allows. The result names the method.
     """
     if modes == 0 and detail_size == 0.0:
-        raise no_amount("modes")
+        raise no_amount(layer, "modes")
     if detail_size < 0.0 and response != "low_pass" and not modes:
         raise FilterInputError(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"

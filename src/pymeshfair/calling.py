@@ -78,5 +78,6 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
 
 
 def reason(error: Exception) -> str:
-    """The message of an error; if the error is no `PymeshfairError`, the name of its class comes first."""
-    return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"
+    """The message of an error; if it is neither ours nor pymeshlab's, the name of its class comes first."""
+    foreseen = isinstance(error, PymeshfairError) or type(error).__name__ == "PyMeshLabException"
+    return str(error) if foreseen else f"{type(error).__name__}: {error}".removesuffix(": ")

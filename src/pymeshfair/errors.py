@@ -143,8 +143,8 @@ class GuardBroken(RunError):  # noqa: N818 - says what happened
 
     def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
         sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
-        shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
-        super().__init__(f"{sentences}{shown}. No output was written; --keep-broken writes it all the same")
+        shown = f"; {maps[0].name} shows where" if maps else ""
+        super().__init__(f"{sentences}{shown}. No output was written; change the limit or the recipe")
         self.breaches = tuple(breaches)  # the fields of each `pymeshfair.running.guarding.Breach` by name
         self.maps = tuple(maps)  # the files of the intervention map, which show the places
 

@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -118,3 +119,25 @@ def test_another_recipe_limit_or_version_is_not_done(done: tuple[Scan, Job], mon
     assert done_before([scan], replace(template, guards=Guards.parse({"keep_sharp": "1%"})), {}) == {}
     other_version(monkeypatch)
     assert done_before([scan], template, {}) == {}
+
+
+@pytest.mark.parametrize(
+    "options", [{"keep_all": True}, {"unit": "mm"}, {"measures": False}], ids=lambda options: next(iter(options))
+)
+def test_what_was_made_without_an_option_is_not_done(done: tuple[Scan, Job], options: dict[str, Any]) -> None:
+    """An option that the provenance does not have is not taken as given."""
+    scan, template = done
+    assert done_before([scan], replace(template, **options), {}) == {}
+
+
+def test_what_has_moved_with_its_input_is_done(done: tuple[Scan, Job], tmp_path: Path) -> None:
+    """What counts are the contents of the files, in whatever folder; they are no other input for a run either."""
+    scan, template = done
+    for path in scan.input.parent.iterdir():
+        shutil.copy2(path, tmp_path)
+    moved = replace(scan, input=tmp_path / scan.input.name, output=tmp_path / scan.output.name)
+    shutil.move(scan.input, scan.input.with_name("gone.ply"))
+    assert list(done_before([moved], template, {})) == [moved.number]
+    run_job(job_of(template, moved, threads=1, memory=None))
+    moved.output.write_bytes(b"")
+    assert done_before([moved], template, {}) == {}

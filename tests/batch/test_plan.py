@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.plan import expand, plan_scans, sample
+from pymeshfair.batch.plan import expand, plan_scans, sample, without_outputs
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe
 
@@ -148,3 +148,21 @@ def test_scans_have_the_shortest_names_that_differ(folder: Path) -> None:
     scans = plan_scans(expand(["b.ply", "one", "two"]), recipe, folder / "out", "{number}.ply")
     assert [scan.label for scan in scans] == ["b.ply", "one/left/scan.ply", "two/left/scan.ply", "right/scan.ply"]
     assert [s.label for s in plan_scans(expand(["t.csv"]), recipe, folder / "out")] == ["scan.ply to x.ply", "scan.ply to y.ply"]
+
+
+def test_outputs_among_the_inputs_leave_no_scan(folder: Path) -> None:
+    """A folder of inputs cannot be the folder of outputs, under whatever name."""
+    (folder / "link").symlink_to(folder)
+    for out in (folder, folder / "link"):
+        with pytest.raises(ParameterError, match=r"the scans lie in the folder of outputs, .*give outputs another folder"):
+            without_outputs(expand(["."]), out)
+    kept, dropped = without_outputs(expand(["."]), folder / "deep")
+    assert [scan.input.name for scan in kept] == ["a.stl", "b.ply"]
+    assert dropped == [f"{folder / 'deep' / 'c.ply'}, which lies in the folder of outputs"]
+
+
+def test_a_wrong_value_of_a_table_is_named_with_its_line(folder: Path) -> None:
+    """The error of a cell says in which line of which table it is."""
+    (folder / "t.csv").write_text("input,1.stepsmoothnum\nb.ply,3\na.stl,ten\n")
+    with pytest.raises(ParameterError, match=r"t\.csv:3: cannot set '1\.stepsmoothnum=ten'"):
+        plan_scans(expand(["t.csv"]), load_recipe("smooth_taubin"), folder / "out")

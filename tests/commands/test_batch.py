@@ -110,6 +110,44 @@ def test_a_dry_run_changes_nothing(tmp_path: Path) -> None:
     assert "2 of 2 scans to do" in shown.stdout
 
 
+def test_the_folder_of_outputs_may_be_named_from_below(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``-o ../out`` is the folder beside the working folder."""
+    write_scan(tmp_path / "scan.ply", 1)
+    (tmp_path / "deep").mkdir()
+    monkeypatch.chdir(tmp_path / "deep")
+    shown = invoke("batch", "smooth_taubin", "../scan.ply", "-o", "../out", "--dry-run", "--json")
+    assert shown.exit_code == 0, shown.stderr
+    assert [scan["output"] for scan in document(shown.stdout)["scans"]] == [str(tmp_path / "out" / "scan.ply")]
+
+
+@pytest.mark.parametrize(
+    ("out", "name", "problem"),
+    [
+        ("new/deep", "{stem}.foo", "'.foo' is no format"),
+        ("new/deep", "x" * 300 + ".ply", "255 are the most"),
+        ("scan.ply/deep", "", "the folder .*scan.ply is no folder"),
+    ],
+)
+def test_a_dry_run_sees_what_cannot_be_written_to_a_new_folder(tmp_path: Path, out: str, name: str, problem: str) -> None:
+    """An output that cannot be written is a problem whether its folder is there or not."""
+    scan = write_scan(tmp_path / "scan.ply", 1)
+    shown = invoke("batch", "smooth_taubin", scan, "-o", tmp_path / out, "--name", name, "--dry-run", "--json")
+    assert shown.exit_code == 1
+    (found,) = document(shown.stdout)["scans"]
+    assert found["state"] == "cannot be done"
+    assert re.search(problem, found["problem"])
+
+
+def test_advice_at_the_end_works(tmp_path: Path) -> None:
+    """After --stop the scans that are left need --resume without --stop; a broken limit needs an option that batch has."""
+    scans = write_scans(tmp_path / "scans", 2)
+    options = ("--max-displacement", "0.0001", "--stop", "--jobs", "1")
+    done = run_process("batch", "smooth_taubin", scans, "-o", tmp_path / "out", *options)
+    assert "The same command with --resume and without --stop cleans those that are left." in done.stdout
+    assert "--keep-broken writes scans that broke a limit all the same" in done.stdout
+    assert "--map" not in done.stderr
+
+
 def test_a_sample_leaves_the_rest(tmp_path: Path) -> None:
     """Of four scans two are cleaned, one of each size."""
     scans = tmp_path / "scans"

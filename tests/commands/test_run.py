@@ -187,6 +187,15 @@ def test_a_step_that_fails_or_kills_the_worker_is_named(tmp_path: Path, scan: Pa
     assert files(tmp_path) == before
 
 
+def test_a_broken_limit_names_the_options_that_help(tmp_path: Path, scan: Path) -> None:
+    """Without a map the error names --map, and --keep-broken in any case."""
+    arguments = ("run", "smooth_taubin", scan, "-o", tmp_path / "out.ply", "--max-displacement", "1e-9")
+    assert run_process(*arguments).stderr.endswith("; --map OUT.ply shows where; --keep-broken writes it all the same\n")
+    shown = run_process(*arguments, "--map", tmp_path / "map.ply").stderr
+    assert "map.ply shows where" in shown
+    assert "--map" not in shown
+
+
 def test_timeout_stops_the_run(tmp_path: Path, scan: Path) -> None:
     """A run that takes longer than `--timeout` ends with 1, says where it was stopped, and leaves nothing."""
     recipe = write_recipe(tmp_path, smoothing(100_000))

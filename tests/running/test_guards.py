@@ -51,6 +51,7 @@ def test_broken_displacement_names_vertex_place_and_amount(tmp_path: Path) -> No
     with pytest.raises(GuardBroken) as caught:
         run_job(job(tmp_path, guards={"max_displacement": "0.01edge"}))
     assert names_in(tmp_path) == set()
+    assert str(caught.value).endswith("No output was written; change the limit or the recipe")
     run_job(job(tmp_path))
     before, after = Read(BONE).vertices, Read(tmp_path / "out.ply").vertices
     moved = np.linalg.norm(after - before, axis=1)

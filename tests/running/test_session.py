@@ -15,17 +15,18 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Bool, Enum, Float, Int, Percentage
-from pymeshfair.errors import StepFailedError
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Int, Layer, Percentage, mesh_filter
+from pymeshfair.errors import FilterInputError, StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, UNCHECKED, WRITABLE, attributes_of
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.recipe import load_recipe
+from pymeshfair.recipe import Recipe, load_recipe
 from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
 from pymeshfair.running.session import RunCache, Session
+from pymeshfair.scripts.script import Script, Step
 
 from .runs import (
     BONE,
@@ -459,3 +460,43 @@ def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkey
         count, vertices = result_of(*steps, earlier=earlier)
         assert count == expected
         np.testing.assert_array_equal(vertices, result_of(*steps)[1])
+
+
+@pytest.mark.parametrize(("size", "cause"), [("auto", "an automatic amount needs faces"), ("6edge", "the mesh has no faces")])
+def test_a_step_without_faces_names_the_step_that_left_none(tmp_path: Path, size: str, cause: str) -> None:
+    """The error of a step that misses the faces says which step before it has removed them."""
+    steps: list[Given] = [
+        ("apply_coord_taubin_fairing", {}),
+        ("meshing_remove_connected_component_by_diameter", {"mincomponentdiag": "200%"}),
+        ("apply_coord_implicit_fairing", {"detail_size": size}),
+    ]
+    with pytest.raises(
+        StepFailedError, match=rf"^step 3 of 3, .*: {cause}.*; step 2, 'Remove Isolated pieces .*', left no faces$"
+    ):
+        session_report(BONE, tmp_path / "out.ply", *steps)
+
+
+def test_a_mesh_without_size_is_the_cause_and_not_the_detail_size(tmp_path: Path) -> None:
+    """Where all vertices lie at one place a length in mean edges is 0, and the error says why."""
+    point = tmp_path / "point.ply"
+    point.write_bytes(ply_bytes(xyz(np.zeros((3, 3))), [[0, 1, 2]]))
+    with pytest.raises(StepFailedError, match=r": the mesh has no edge with a length, so that detail_size is 0: nothing to do$"):
+        session_report(point, tmp_path / "out.ply", ("apply_coord_implicit_fairing", {"detail_size": "6edge"}))
+
+
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [(KeyError("x"), "KeyError: 'x'"), (AssertionError(), "AssertionError"), (FilterInputError("bad mesh"), "bad mesh")],
+)
+def test_an_unexpected_error_of_a_filter_is_told_with_its_kind(tmp_path: Path, raised: Exception, told: str) -> None:
+    """The name of its class comes first, but for errors that are meant for users."""
+
+    @mesh_filter(name="Odd One", classes=FilterClass.OTHER)
+    def odd_one(layer: Layer) -> Edit:
+        """Fails."""
+        raise raised
+
+    job = Job(Recipe("test", Script((Step(odd_one),))), BONE, tmp_path / "out.ply")
+    with pytest.raises(StepFailedError) as caught:
+        Session(job, tmp_path, lambda event: None).run()
+    assert caught.value.reason == told

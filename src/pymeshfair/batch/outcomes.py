@@ -193,11 +193,6 @@ def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
     return None if moved is None or not edge else moved[name] / edge
 
 
-def largest_in_edges(outcome: Outcome) -> float | None:
-    """Returns the largest displacement divided by the mean edge (for a cloud, the mean spacing)."""
-    return displacement_in_edges(outcome, "largest")
-
-
 def area_change(outcome: Outcome) -> float | None:
     """Returns the change of the area in percent, below 0 for a loss; None for clouds."""
     if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
@@ -248,7 +243,7 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
         "unit": outcome.unit,
         **{f"displacement_{name}": moved.get(name) for name in ("mean", "rms", "largest")},
         "displacement_rms_in_edges": displacement_in_edges(outcome),
-        "displacement_largest_in_edges": largest_in_edges(outcome),
+        "displacement_largest_in_edges": displacement_in_edges(outcome, "largest"),
         "area_change_percent": area_change(outcome),
         "far_in": " ".join(far),
         "warnings": len(outcome.warnings),

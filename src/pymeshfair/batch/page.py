@@ -15,17 +15,7 @@ from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from .outcomes import (
-    QUESTIONS,
-    Outcome,
-    Row,
-    Summary,
-    area_change,
-    digests_of,
-    displacement_in_edges,
-    largest_in_edges,
-    write_text,
-)
+from .outcomes import QUESTIONS, Outcome, Row, Summary, area_change, digests_of, displacement_in_edges, write_text
 
 #: the folder of the pages of scans, within the folder of the batch
 PAGES = "reports"
@@ -75,7 +65,7 @@ _EXAMPLES = 5
 #: the columns of numbers: the heading, the entry of `QUESTIONS` whose outliers are marked, and the function that gives a number
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
     ("moved (edges)", "displacement", displacement_in_edges),
-    ("at most", "", largest_in_edges),
+    ("at most", "", lambda outcome: displacement_in_edges(outcome, "largest")),
     ("area %", "area", area_change),
     ("roughness before", "noise", QUESTIONS["noise"]),
     ("after", "", lambda outcome: (outcome.after or {}).get("roughness")),

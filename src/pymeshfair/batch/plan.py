@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..declaration import nearest
-from ..errors import ParameterError
+from ..errors import ParameterError, PymeshfairError
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
@@ -34,6 +34,7 @@ class RequestedScan:
     folder: Path | None = None
     output: str | None = None  # from a table, relative to the folder of the batch; None if no table gives one
     overrides: tuple[str, ...] = ()  # ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, from the columns of a table
+    row: str = ""  # the table and the line that name the scan, ``t.csv:2``; empty if no table does
 
 
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[RequestedScan]:
@@ -50,17 +51,22 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
     return list(scans.values())
 
 
-def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[Path]]:
-    """Drops scans in `folder` or made from other scans, unless named directly; returns the rest and the dropped paths."""
-    inputs, kept, outputs = {scan.input for scan in scans}, list[RequestedScan](), list[Path]()
+def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[str]]:
+    """Drops scans in `folder` or made from other scans, unless named directly; returns the rest, and texts on the dropped."""
+    inputs, kept, dropped, root = {scan.input for scan in scans}, list[RequestedScan](), list[str](), folder.resolve()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
-        is_made = record is not None and Path(str(record["input"].get("path"))) in inputs
-        if scan.folder is not None and (folder in scan.input.parents or is_made):
-            outputs.append(scan.input)
+        if scan.folder is not None and scan.input.parent.resolve().is_relative_to(root):
+            dropped.append(f"{scan.input}, which lies in the folder of outputs")
+        elif record is not None and Path(str(record["input"].get("path"))) in inputs:
+            dropped.append(f"{scan.input}, which a run made of another scan")
         else:
             kept.append(scan)
-    return kept, outputs
+    if dropped and not kept:
+        raise ParameterError(
+            f"the scans lie in the folder of outputs, {folder}, so that none is left; give outputs another folder"
+        )
+    return kept, dropped
 
 
 def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
@@ -106,7 +112,6 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Re
 
 
 def _scans_below(root: Path) -> Iterator[Path]:
-    """Yields the mesh files in a folder and its subfolders."""
     for parent, folders, names in os.walk(root):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for path in (Path(parent, name) for name in names if not name.startswith(".")):
@@ -138,7 +143,8 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:
             if not cells["input"]:
                 raise ParameterError(f"{path}:{number}: the cell of the column input is empty")
             overrides = tuple(f"{name}={cell}" for name, cell in cells.items() if name not in _COLUMNS and cell)
-            yield RequestedScan(path.absolute().parent / cells["input"], None, cells.get("output") or None, overrides)
+            input, place = path.absolute().parent / cells["input"], f"{path}:{number}"
+            yield RequestedScan(input, None, cells.get("output") or None, overrides, place)
     except csv.Error as error:
         raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
 
@@ -206,8 +212,12 @@ def plan_scans(requests: Sequence[RequestedScan], recipe: Recipe, folder: Path, 
     variants: dict[tuple[str, ...], Recipe] = {}
     scans = []
     for number, request in enumerate(requests, 1):
-        if request.overrides not in variants:
-            variants[request.overrides] = recipe.override(request.overrides) if request.overrides else recipe
+        try:
+            if request.overrides not in variants:
+                variants[request.overrides] = recipe.override(request.overrides) if request.overrides else recipe
+        except PymeshfairError as error:
+            error.args = (f"{request.row}: {error}",)
+            raise
         output = Path(os.path.normpath(folder / (request.output or _output_name(name, request, number))))
         if folder not in output.parents:
             raise ParameterError(f"the output {output} of {request.input} would lie outside the folder {folder}")

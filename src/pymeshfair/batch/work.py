@@ -60,7 +60,6 @@ class Station:
     pool: Pool  # lends processes, see `pool_of`; each gets an equal share of processors and memory
 
     def submit(self, kind: Kind, scan: Scan) -> Future[Any]:
-        """Queues a task."""
         return self.pool.call(self.do, kind, scan)
 
     def end(self) -> None:
@@ -117,7 +116,6 @@ class Station:
 
 
 def _share_of_threads(slots: int) -> int:
-    """Returns the number of threads of each of `slots` parallel tasks."""
     return max(1, this_system().processors() // slots)
 
 
@@ -206,7 +204,7 @@ class BatchRun:
 
 
 def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
-    """Returns, by scan number, the outcomes of scans whose output is from the same input, recipe, guards and versions as now.
+    """Returns, by scan number, the outcomes of scans whose output has the input, recipe, options, guards and versions of now.
 
     An output that breaks a guard counts only with `Job.keep_broken`. `journal` adds details that the provenance lacks.
     """
@@ -220,7 +218,8 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
         try:
             job = replace(template, recipe=scan.recipe)
             limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
-            if _made_by(record) != (scan.recipe.digest, others, limits, packages) or not _is_whole(record, scan):
+            made_by = scan.recipe.digest, template.options, others, limits, packages
+            if _made_by(record) != made_by or not _is_whole(record, scan):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
         except (KeyError, TypeError, ValueError, OSError, ParameterError):  # a document of another program, or a file is gone
@@ -235,9 +234,10 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Returns what an output was made with: checksums of the recipe and of further layers, limits, and versions of packages."""
+    """Returns what an output was made with: recipe and further layers (checksums), options, limits, versions of packages."""
     return (
         record["recipe"]["sha256"],
+        {name: value for name, value in record.get("options", {}).items() if name != "own_texture_names"},
         [other["sha256"] for other in record["input"]["others"]],
         record.get("guards", {}).get("limits", {}),
         {name: record["versions"].get(name) for name in PACKAGES},
@@ -245,10 +245,16 @@ def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
-    """Returns whether input, output and side files still have the checksums of the record."""
-    described = [record["output"], *record["output"].get("side_files", ()), *record["input"]["side_files"]]
-    pairs = [(scan.input, record["input"]["sha256"]), *((Path(f["path"]), f["sha256"]) for f in described)]
-    return Path(record["output"]["path"]) == scan.output and all(p.is_file() and sha256_of(p) == digest for p, digest in pairs)
+    """Returns whether input, output and side files have the checksums of the record; they may have moved together since."""
+
+    def are_there(file: Path, former: Mapping[str, Any], side_files: Sequence[Mapping[str, Any]]) -> bool:
+        places = [os.path.relpath(side["path"], Path(former["path"]).parent) for side in side_files]
+        pairs = [(file, former["sha256"]), *((file.parent / p, s["sha256"]) for p, s in zip(places, side_files, strict=True))]
+        return all(path.is_file() and sha256_of(path) == digest for path, digest in pairs)
+
+    read, made = record["input"], record["output"]
+    is_named_so = Path(made["path"]).name == scan.output.name
+    return is_named_so and are_there(scan.input, read, read["side_files"]) and are_there(scan.output, made, made["side_files"])
 
 
 @dataclass(frozen=True)
@@ -305,8 +311,7 @@ class Task:
             try:
                 check_input(scan.input)
                 size += scan.input.stat().st_size
-                if scan.output.parent.is_dir():
-                    check_output(scan.output, job.made_from, overwrite=template.overwrite)
+                check_output(scan.output, job.made_from, overwrite=template.overwrite, makes_folder=True)
             except (RunError, OSError) as error:
                 problems[scan.number] = str(error)
         states = {scan.number: "done" if scan.number in done else "to do" for scan in self.scans}

@@ -50,7 +50,7 @@ def batch(
     ] = "",
     jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one per processor.", min=1)] = None,
     stop: Annotated[bool, Option("--stop/--keep-going", help="Stop at the first scan that fails or breaks a limit.")] = False,
-    resume: Annotated[bool, Option("--resume", help="Skip scans done with the same input, recipe, limits and versions.")] = False,
+    resume: Annotated[bool, Option("--resume", help="Skip scans done with equal input, recipe, options and versions.")] = False,
     sample: Annotated[int | None, Option(metavar="N", help="Clean only N scans of different file sizes.", min=1)] = None,
     report: Annotated[bool, Option("--report", help="Write batch.html, with a row for each scan, and a page of each.")] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Check everything, and show what would be done.")] = False,
@@ -72,11 +72,13 @@ def batch(
     if report:
         chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
-    folder, settings = output.absolute(), [setting.name for setting in template.recipe.script.settings]
-    selected, outputs = without_outputs(expand(inputs, settings), folder)
-    warn(*(f"left out: {path}, which is the output of a run" for path in outputs[:_NAMED]))
-    if len(outputs) > _NAMED:
-        warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
+    # Links keep their names, which other machines know; ".." is taken out, as it is of outputs.
+    folder = output.resolve() if ".." in output.parts else output.absolute()
+    settings = [setting.name for setting in template.recipe.script.settings]
+    selected, dropped = without_outputs(expand(inputs, settings), folder)
+    warn(*(f"left out: {text}" for text in dropped[:_NAMED]))
+    if len(dropped) > _NAMED:
+        warn(f"left out: {len(dropped) - _NAMED:,} further files, which are outputs")
     scans = plan_scans(selected, template.recipe, folder, name)
     slots = jobs or this_system().processors()
     task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
@@ -148,7 +150,6 @@ class BatchBar(BatchLines):
 
 
 def _line(scan: Scan, outcome: Outcome) -> str:
-    """One line about a finished scan."""
     from ..batch.outcomes import displacement_in_edges
 
     if outcome.error is not None:
@@ -194,18 +195,20 @@ def _show_rows(summary: Summary, task: Task) -> None:
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
     for path in task.written:
         typer.echo(f"  {path}")
+    if any(outcome.breaches and outcome.error for outcome in summary.outcomes):
+        typer.echo("--keep-broken writes scans that broke a limit all the same; pymeshfair run --map OUT.ply shows where.")
     if counts["left"]:
-        whole = " and without --sample" if task.sample else ""
-        typer.echo(f"The same command with --resume{whole} cleans those that are left.")
+        without = [f" and without {option}" for option, given in (("--sample", task.sample), ("--stop", task.stop)) if given]
+        typer.echo(f"The same command with --resume{''.join(without)} cleans those that are left.")
 
 
 def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
-    from ..batch.outcomes import area_change, displacement_in_edges, largest_in_edges
+    from ..batch.outcomes import area_change, displacement_in_edges
 
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
     remarks += [outcome.former] if outcome.former else []
     remarks += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
-    numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
+    numbers = (displacement_in_edges(outcome), displacement_in_edges(outcome, "largest"), area_change(outcome))
     return [
         label,
         outcome.status + (" before" if outcome.resumed else ""),
@@ -217,7 +220,6 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
 
 
 def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
-    """Print the plan of a dry run, and every problem."""
     recipe, states = task.template.recipe, prospect.states
     steps = [step.filter.name for step in recipe.script.steps]
     if json:

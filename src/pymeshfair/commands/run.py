@@ -109,10 +109,16 @@ def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[Sta
 
 def carry_out(job: Job, carry: Callable[[Callable[[Event], None]], RunResult], *, json: bool, report: Path | None = None) -> None:
     """Run the job by `carry` with its progress on stderr, then print its result on stdout."""
+    from ..errors import GuardBroken
     from .display import progress
 
     with progress() as show:
-        result = carry(show)
+        try:
+            result = carry(show)
+        except GuardBroken as error:
+            where = "" if error.maps else "; --map OUT.ply shows where"
+            error.args = (f"{error}{where}; --keep-broken writes it all the same",)
+            raise
     warn(*result.warnings)
     if report is not None:
         say(f"Report: {report}", err=True)

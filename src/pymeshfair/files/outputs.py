@@ -36,7 +36,7 @@ class MadeFrom:
         if record is None:
             return "no provenance says that a run wrote it"
         source = Path(str(record["input"].get("path")))
-        if not _same_file(source, self.input):
+        if not _same_file(source, self.input) and record["input"].get("sha256") != sha256_of(self.input):
             return f"was made from another input, {source}"
         others = [Path(str(other.get("path"))) for other in record["input"].get("others", ())]
         if len(others) != len(self.others) or not all(map(_same_file, others, self.others)):
@@ -47,7 +47,7 @@ class MadeFrom:
         return None
 
 
-def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
+def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool = False) -> None:
     """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
     check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
@@ -55,7 +55,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
     if extension(output) in ("las", "laz") and find_spec("laspy") is None:
         raise OutputError(output, MISSING_LASPY)
     files = [output, provenance_path(output), *([material_path(output)] if extension(output) == "obj" else [])]
-    existing = [path for path in files if check_place(path)]
+    existing = [path for path in files if check_place(path, makes_folder=makes_folder)]
     if overwrite:
         return
     if output in existing and output.samefile(made_from.input):

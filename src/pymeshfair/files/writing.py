@@ -39,9 +39,12 @@ _LOCK = "lock"  # the name of the lock file in a staging folder, and in the fold
 _GRACE = 3600.0
 
 
-def check_place(path: Path) -> bool:
-    """Returns whether the path is a regular file; refuses a path where no file can be put."""
-    folder = path.parent
+def check_place(path: Path, *, makes_folder: bool = False) -> bool:
+    """Returns whether the path is a regular file; refuses a path where no file can be put.
+
+    With `makes_folder` missing folders will be made, in the nearest that exists.
+    """
+    folder = next(filter(os.path.lexists, path.parents), path.parent) if makes_folder else path.parent
     try:
         if not folder.is_dir():
             why = "is no folder" if os.path.lexists(folder) else "does not exist; make it first"

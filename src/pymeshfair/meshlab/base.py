@@ -74,11 +74,5 @@ class ScriptStepFailedError(StepFailedError, FilterFailedError):
     """A step of a filter script failed; the mesh is as the last complete step left it."""
 
 
-def reason(error: Exception) -> str:
-    """Returns the message of an error; for an unexpected error, also its class."""
-    foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
-    return str(error) if foreseen else f"{type(error).__name__}: {error}"
-
-
 class ForeignMeshError(PymeshfairError, TypeError):
     """An object to add is no mesh of a supported class, or has elements that MeshLab cannot hold."""

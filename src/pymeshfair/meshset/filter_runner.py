@@ -11,10 +11,10 @@ from typing import Any
 
 import pymeshlab
 
-from ..calling import StoppedError, call, check_needs, resolved
+from ..calling import StoppedError, call, check_needs, reason, resolved
 from ..declaration import Arity, Filter, Layer, Length
 from ..errors import MeshError, Place
-from ..meshlab.base import FilterFailedError, ScriptStepFailedError, reason
+from ..meshlab.base import FilterFailedError, ScriptStepFailedError
 from ..meshlab.builtin_filters import BuiltinFilters, checked, constant_defaults
 from ..registry import is_known
 from ..scripts import Script, Step, read_script, write_script

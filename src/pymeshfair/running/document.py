@@ -62,7 +62,6 @@ class Document:
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """The ids of the layers."""
         return tuple(self._meshes)
 
     @property
@@ -79,7 +78,6 @@ class Document:
         self._meshes, self._visible, self.losses, self._door_is_current = {**meshes}, {**visible}, [*losses], False
 
     def mesh(self, number: int) -> MeshData:
-        """The mesh of a layer."""
         self._check_layer(number)
         mesh = self._meshes[number]
         if mesh is None:
@@ -88,10 +86,17 @@ class Document:
 
     @property
     def current(self) -> MeshData:
-        """The mesh of the current layer."""
         if self.current_id is None:
             raise MeshError("there is no mesh")
         return self.mesh(self.current_id)
+
+    @property
+    def has_faces(self) -> bool:
+        """Whether the current layer has faces; False without layers."""
+        if self.current_id is None:
+            return False
+        mesh = self._meshes[self.current_id]
+        return len(mesh.faces) > 0 if mesh is not None else self._door.has_faces()
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step; return its parameters, with lengths in mesh units, and the values that its filter reports, by name."""

@@ -58,6 +58,13 @@ class Job:
         return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
+    def options(self) -> dict[str, Any]:
+        """The options that can change the output or the refusal of it, for the record; those with their default are left out."""
+        options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(self, name)}
+        options |= {} if self.measures else {"no_measures": True}
+        return options | ({} if self.unit is None else {"unit": self.unit})
+
+    @property
     def map_files(self) -> tuple[Path, ...]:
         """The two files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if no map is wanted."""
         return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
@@ -236,10 +243,7 @@ class Report:
         """The provenance document of a finished run."""
         script, unit = job.recipe.script, job.unit_of(self.input.get("unit"))
         assert self.output is not None
-        options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
-        options |= {} if job.measures else {"no_measures": True}
-        options |= {} if job.unit is None else {"unit": job.unit}
-        options |= {"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {}
+        options = job.options | ({"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {})
         guards: dict[str, Any] = {}
         if job.all_guards or job.map is not None:
             limits, tolerance = job.lengths_in(unit)

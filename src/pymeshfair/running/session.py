@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..calling import StoppedError
+from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES, attributes_of
@@ -77,7 +77,6 @@ class RunCache:
         return entry[1:]
 
     def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...]) -> None:
-        """Keep the layers after some steps, and the reports of these steps."""
         self._kept.append((steps, state, reports))
         del self._kept[: -self._states or None]
 
@@ -92,6 +91,7 @@ class Session:
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
+        self._emptied = 0  # the step that left no faces of the mesh; 0 if there are faces, or were none from the beginning
         self._notes: list[str] = []
         self._unit: str | None = None
 
@@ -180,9 +180,14 @@ class Session:
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
+            had_faces = self._document.has_faces
             parameters, values = self._document.apply(step)
             if not self._document.ids:
                 raise self._failed("it left no mesh")
+            if self._document.has_faces:
+                self._emptied = 0
+            elif had_faces:
+                self._emptied = number
         except (StepFailedError, MemoryError, MeshLabLoadError):
             raise
         except StoppedError as error:
@@ -192,7 +197,7 @@ class Session:
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
-            text, name = " ".join(str(error).split()), step.filter.python_name  # `_failed` names the filter already
+            text, name = " ".join(reason(error).split()), step.filter.python_name  # `_failed` names the filter already
             raise self._failed(
                 text.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
             ) from error
@@ -209,6 +214,8 @@ class Session:
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
+        if self._emptied:
+            reason += f"; step {self._emptied}, {self._steps[self._emptied - 1].filter.name!r}, left no faces"
         return StepFailedError(place, reason)
 
     def _note(self, text: str) -> None:
@@ -281,7 +288,6 @@ class Session:
         return notes
 
     def _removed_contents(self, read: MeshData, result: MeshData) -> Iterator[str]:
-        """Sentences on contents of the file that the steps have removed."""
         removed = attributes_of(read) - attributes_of(result)
         # A recipe that makes curves of a surface removes the surface's attributes on purpose.
         makes_curves = self._job.recipe.info.task == "curves"

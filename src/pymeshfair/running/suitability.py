@@ -183,13 +183,9 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
     """The traits that a recipe asks for, and a warning if the recipe does not fit the scan or a denoising recipe is better.
 
-    Args:
-        recipe: the recipe.
-        scan: the scan; if it was not measured, there are no warnings.
-        as_shipped: whether the user has set no value. After a change only recipes "after ANOTHER" are compared with denoisers.
-
-    Raises:
-        RunError: the recipe is for another kind of data, such as meshes where the scan is a cloud.
+    A scan without measures gives no warnings. If the user has set a value, the recipe is not `as_shipped`, and only recipes
+    "after ANOTHER" are compared with denoisers. `RunError`: the recipe is for another kind of data, such as meshes where the
+    scan is a cloud.
     """
     info = recipe.info
     traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))

@@ -59,7 +59,6 @@ class Interrupts:
         self._first: int | None = None
 
     def check(self) -> None:
-        """Raise `Interrupted` if a signal has come."""
         if self._first is not None:
             raise Interrupted
 
@@ -314,14 +313,12 @@ def run_job(
 
 
 def _check_outputs(job: Job) -> None:
-    """Refuse files that cannot or must not be written."""
     check_output(job.output, job.made_from, overwrite=job.overwrite)
     if job.map is not None:
         check_maps(job.map_files, job.output, job.made_from, overwrite=job.overwrite)
 
 
 def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
-    """Do the work in one process of the pool."""
     limit = this_system().usable_memory() if job.memory_limit is None else job.memory_limit
     if_lost = partial(clear_up, stage, job.output)
     order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)

@@ -23,12 +23,7 @@ from .supervise import run_job
 
 
 def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
-    """The smoothing steps of a recipe that keep the number of faces; None if there are none.
-
-    Args:
-        recipe: the recipe.
-        chosen: a step with values that were chosen for the scan; it replaces the recipe's step with the same filter.
-    """
+    """The smoothing steps of a recipe that keep the number of faces, `chosen` for that of its filter; None if there are none."""
     steps = [
         step
         for step in recipe.script.steps
@@ -46,17 +41,10 @@ def trials(
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
     starts at the position that its neighbours predict. The error of a script is the distance of its result from the scan
-    along the normals, at these vertices. On a clean scan no vertex is held out, and the error is taken at all `Scan.scored`.
+    along the normals, at these vertices. On a `clean` scan no vertex is held out, and the error is taken at all `Scan.scored`.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        scripts: the scripts to try, by name.
-        clean: whether the scan has no noise.
-        timeout: the time limit of each script in seconds.
-
-    Returns:
-        The trials by name, without scripts that failed; empty if no vertex can be held out.
+    Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty if no vertex can be
+    held out.
     """
     scan = Scan.of(vertices, faces)
     scored = np.flatnonzero(scan.scored).astype(np.int32)
