@@ -253,6 +253,19 @@ def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:
     assert "mesh units" not in done.stdout
 
 
+def test_deviations_never_replace_what_is_compared(tmp_path: Path) -> None:
+    """A file of deviations that is BEFORE or AFTER is refused, also with --overwrite, and both keep their bytes."""
+    vertices, faces = icosphere(2)
+    files = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    for path in files:
+        path.write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
+    for path in files:
+        done = invoke("compare", *files, "--deviations", path, "--overwrite", "--no-self-intersections")
+        assert done.exit_code == 1
+        assert "it is BEFORE or AFTER; name another file for the deviations" in done.stderr
+    assert [path.read_bytes() for path in files] == [ply_bytes(xyz(vertices), faces.tolist())] * 2
+
+
 @pytest.mark.slow
 def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     """Turned by 5 degrees and moved, an egg with noise comes back onto itself; the turn, the shift and the residual are told."""

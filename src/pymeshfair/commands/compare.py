@@ -49,7 +49,9 @@ def compare(
     The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """
     from ..declaration.parameters import unit_of_scan
+    from ..files.errors import OutputError
     from ..files.formats import extension
+    from ..files.outputs import same_file
     from ..files.writing import check_target, write_file
     from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
@@ -66,6 +68,8 @@ def compare(
         check_target(report, options.PAGES, overwrite=overwrite)
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
+        if same_file(deviations, before) or same_file(deviations, after):
+            raise OutputError(deviations, "it is BEFORE or AFTER; name another file for the deviations")
     reading: dict[str, Any] = {"self_intersections": self_intersections, "allow_outside": allow_outside, "unchecked": unchecked}
     meshes = [read_mesh(path, **reading) for path in (before, after)]
     alignment = None
