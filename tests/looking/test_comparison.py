@@ -102,6 +102,22 @@ def test_a_tolerance_passes_or_fails_with_the_areas(tmp_path: Path) -> None:
     assert passed.out_of_tolerance == ()
 
 
+def test_a_tip_between_samples_is_an_area(tmp_path: Path) -> None:
+    """Two vertices stand out further than every sample: each is an area with its place and height, and not 100 % are within."""
+    vertices, faces = icosphere(4)
+    tips = vertices.copy()
+    tips[[5, 8]] *= [[1.2], [1.1998]]
+    found = compared(tmp_path, (vertices, faces), (tips, faces), tolerance=0.1995)
+    assert found.after_from_before.within == pytest.approx(1.0, abs=1e-12)
+    assert found.passed is False
+    assert [area.mesh for area in found.out_of_tolerance] == ["after", "after"]
+    for area, vertex, height in zip(found.out_of_tolerance, (5, 8), (0.2, 0.1998), strict=True):
+        np.testing.assert_allclose(area.place, tips[vertex], rtol=1e-6)
+        assert area.amount == pytest.approx(height, rel=1e-6)
+        assert (area.size, area.area) == (0.0, 0.0)
+    assert verdict_text(found).startswith("Failed: 99.99 % of AFTER and 100 % of BEFORE lie within 0.1995, 2 areas not. ")
+
+
 def test_areas_and_volumes_agree_with_trimesh(tmp_path: Path) -> None:
     """Area and volume are trimesh's to 1e-9, and so are their changes."""
     before, after = torus(), noisy(torus(), 0.03)

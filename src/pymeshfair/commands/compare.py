@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from ..looking.comparison import Comparison
     from ..running.read import ReadMesh
 
-#: the largest number of areas out of tolerance that are listed
-_AREAS = 20
-
 
 def compare(
     before: Annotated[Path, Argument(metavar="BEFORE", help="The first mesh file, the reference.")],
@@ -150,7 +147,7 @@ def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | 
     show_table(*distance_table(comparison, unit), numbers=(1, 2, 3))
     typer.echo("")
     if comparison.out_of_tolerance:
-        show_table(*area_table(comparison, _AREAS, unit), numbers=(2, 3, 4))
+        show_table(*area_table(comparison, unit), numbers=(2, 3, 4))
         typer.echo("")
     print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:

@@ -17,6 +17,7 @@ from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetri
 from ..looking.comparison import Compared, Comparison, compare, same_elements, state_of
 from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
+    MOST_AREAS,
     area_table,
     became_text,
     change_lines,
@@ -35,8 +36,6 @@ from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-#: the largest number of areas out of tolerance that the page marks and lists
-_AREAS = 20
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def comparison_page(
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
         distances=distance_table(comparison, unit),
-        areas=area_table(comparison, _AREAS, unit),
+        areas=area_table(comparison, unit),
         lines=comparison_lines(comparison, unit),
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
         sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
@@ -164,7 +163,7 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     if comparison.out_of_tolerance:
         return [
             Marker(a.place, f"out of tolerance, distance {abs(a.amount):.4g}{suffix}", 0 if a.mesh == "before" else 1)
-            for a in comparison.out_of_tolerance[:_AREAS]
+            for a in comparison.out_of_tolerance[:MOST_AREAS]
         ]
     after, before = comparison.after_from_before, comparison.before_from_after
     mesh, farther = (1, after) if after.largest.mesh_units >= before.largest.mesh_units else (0, before)
