@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -267,6 +268,24 @@ def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:
     assert done.exit_code == 1, done.stderr
     assert "by (mm)" in done.stdout
     assert "mesh units" not in done.stdout
+
+
+def test_places_in_survey_coordinates_are_told_apart(tmp_path: Path) -> None:
+    """At UTM coordinates every place that `compare`, `info` and a limit name is exact to the millimetre."""
+    vertices, faces = icosphere(3, 20.0)
+    far = vertices + np.array([5e5, 5e6, 100.0])
+    dent = far.copy()
+    dent[7] += [0.0, 0.0, 3.0]
+    for name, shape in (("a.ply", far), ("b.ply", dent)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), faces.tolist()))
+    place = ", ".join(f"{c:.9g}" if c > 1000 else f"{c:.6g}" for c in dent[7])
+    text = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections").stdout
+    assert f"largest, vertex 7 at {place}" in " ".join(text.split())
+    assert "from (499980, 4999980, 80) to (500020, 5000020, 120)" in invoke("info", tmp_path / "a.ply").stdout
+    limited = ("run", "smooth_taubin", tmp_path / "b.ply", "-o", tmp_path / "c.ply", "--max-displacement", "0.2")
+    named = re.search(r"vertex (\d+) at \((.*?)\) has moved by ([0-9.]+)", invoke(*limited).stderr)
+    assert named is not None
+    assert np.linalg.norm(dent[int(named[1])] - np.array(named[2].split(", "), float)) == pytest.approx(float(named[3]), abs=0.01)
 
 
 def test_deviations_never_replace_what_is_compared(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from ..declaration import Floats
-from ..errors import ParameterError
+from ..errors import ParameterError, point_text
 from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
 
@@ -106,7 +106,7 @@ class Plane:
         raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
 
     def __str__(self) -> str:
-        return f"{'xyz'[self.axis]} = {self.value:.6g}"
+        return f"{'xyz'[self.axis]} = {point_text([self.value])}"
 
 
 def outline(mesh: MeshData, plane: Plane) -> Floats:
