@@ -288,6 +288,21 @@ def test_places_in_survey_coordinates_are_told_apart(tmp_path: Path) -> None:
     assert np.linalg.norm(dent[int(named[1])] - np.array(named[2].split(", "), float)) == pytest.approx(float(named[3]), abs=0.01)
 
 
+def test_a_section_that_cuts_nothing_is_told(tmp_path: Path) -> None:
+    """The warning names the plane and how far both meshes reach along its axis; other sections are in the report."""
+    vertices, faces = icosphere(2)
+    for name, size in (("a.ply", 1.0), ("b.ply", 1.5)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(size * vertices), faces.tolist()))
+    sections = ("--report", tmp_path / "c.html", "--section", "y=1.25", "--section", "y=1000")
+    done = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections", "--json", *sections)
+    wanted = "the report has no section y = 1000, which cuts no face: BEFORE and AFTER reach from -1.5 to 1.5 there"
+    assert document(done.stdout)["warnings"] == [wanted]
+    assert wanted in done.stderr
+    page = (tmp_path / "c.html").read_text("utf-8")
+    assert wanted in page
+    assert page.count("Section y = 1.25") >= 1
+
+
 def test_deviations_never_replace_what_is_compared(tmp_path: Path) -> None:
     """A file of deviations that is BEFORE or AFTER is refused, also with --overwrite, and both keep their bytes."""
     vertices, faces = icosphere(2)

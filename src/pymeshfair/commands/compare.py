@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
+from ..errors import MeshError, point_text
 from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
 from .streams import STANDARD, check_text, plain, print_document, print_lines, save_text, say, warn
@@ -50,13 +51,14 @@ def compare(
     from ..files.formats import extension
     from ..files.outputs import same_file
     from ..files.writing import check_target, write_file
+    from ..filters.mesh import bounding_box
     from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
     from ..running.read import read_mesh
 
     planes = []
     if section:
-        from ..report.page import Plane  # imported here, as it loads Pillow
+        from ..report.page import Plane, outline  # imported here, as it loads Pillow
 
         planes = [Plane.parse(text) for text in section]
     if planes and report is None:
@@ -77,6 +79,11 @@ def compare(
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     if all(units) and units[0] != units[1]:
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
+    for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
+        planes.remove(plane)
+        along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]
+        reach = f"{point_text([min(along)])} to {point_text([max(along)])}"
+        warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach} there")
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)
@@ -118,7 +125,6 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     """The second mesh, turned and moved onto the first, and the numbers of this alignment."""
     from dataclasses import replace
 
-    from ..errors import MeshError
     from ..filters.inspection import Surface, align
     from ..filters.mesh import bounding_box
     from ..mesh_data import moved

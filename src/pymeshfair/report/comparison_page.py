@@ -65,9 +65,9 @@ def comparison_page(
 ) -> bytes:
     """Returns the report as the bytes of an HTML file.
 
-    `numbers` is the document that the page shows as JSON. After a run, `run` is the run's record, and `provenance` the text of
-    this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
-    distance, and the colours end at the `symmetric_limits` of the distances, or at 1.5 times the tolerance if that is farther.
+    `numbers` is the document that the page shows as JSON, each of `planes` cuts a mesh, and after a run `run` is its record and
+    `provenance` the text of that. By default the comparison gives the verdict, the markers show the areas out of tolerance or the
+    largest distance, and the colours end at the `symmetric_limits` of the distances, but at 1.5 times the tolerance at least.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
@@ -88,7 +88,7 @@ def comparison_page(
         areas=area_table(comparison, unit),
         lines=comparison_lines(comparison, unit),
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
-        sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
+        sections=[section_chart(compared.meshes.values(), plane, unit) for plane in planes],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         unsought=not any(measures["self_intersecting_faces"] is not None for measures in (comparison.before, comparison.after)),
         warnings=warnings,
