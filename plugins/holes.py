@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Ints, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.errors import point_text
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
@@ -118,17 +119,14 @@ def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[i
         f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area",
         f"with {energy!r} it would reach further out of its rim than the rim is wide, as beside a spike",
     )
-    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in closed[:MOST_NAMED]]
+    points = layer.vertices
+    notes = [f"closed a hole of {len(rim)} edges around {point_text(points[rim].mean(axis=0))}" for rim in closed[:MOST_NAMED]]
     notes += [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
         f"{filling.energies[k]!r}: {reasons[bool(filling.thrown_out[k])]}"
         for k in lower[:MOST_NAMED]
     ]
-    notes += [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in left[:MOST_NAMED]]
+    notes += [f"{rim.message}; it is around {point_text(points[rim.vertices].mean(axis=0))}" for rim in left[:MOST_NAMED]]
     if outer := sum(rim.reason == "outer" for rim in filling.left_open):
         notes.append(f"outer borders of open sheets that were left open: {outer}")
     return notes
-
-
-def _place(layer: Layer, vertices: Ints) -> str:
-    return ", ".join(f"{x:.6g}" for x in layer.vertices[vertices].mean(axis=0).tolist())

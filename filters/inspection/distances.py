@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -140,7 +140,9 @@ class SurfaceDistance:
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
     furthest: Floats  # (3,) the place with the distance `largest`
+    furthest_face: int  # the face of this place, or the vertex of a cloud
     at_most: float  # bounds all distances; within 1 % of `largest` unless the search is cut short or the other surface is a cloud
+    at_furthest: float  # the signed distance at `furthest`
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
         """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
@@ -187,35 +189,38 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     if len(triangles):
         sampled = to.nearest(sample_places(points, triangles, samples, np.arange(len(weights))))
     proven = _largest(points, triangles, at_vertices.signed, samples, sampled, to)
-    return SurfaceDistance(samples, weights, sampled.signed, sampled.elements, at_vertices.signed, *proven)
+    at_furthest = math.copysign(proven[0], to.nearest(proven[1][None]).signed[0])
+    return SurfaceDistance(samples, weights, sampled.signed, sampled.elements, at_vertices.signed, *proven, at_furthest)
 
 
 class _Parts(NamedTuple):
-    """Parts of faces: (t, 3, 3) corners, (t, 3) their distances from the other surface, (t,) upper bounds within each part."""
+    """Parts of faces: (t, 3, 3) corners, (t, 3) their distances from the other surface, (t,) upper bounds and (t,) faces."""
 
     corners: Floats
     distances: Floats
     bounds: Floats
+    faces: Any
 
 
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
-) -> tuple[float, Floats, float]:
-    """Finds the largest distance, its place, and an upper bound: splits parts with bounds over `_PROVEN` times the largest."""
+) -> tuple[float, Floats, int, float]:
+    """Finds the largest distance, its place and face, and an upper bound: splits parts bounded over `_PROVEN` times it."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
     vertex, sample = int(at_points.argmax()), int(at_samples.argmax())
-    largest, furthest = float(at_points[vertex]), points[vertex]
-    if at_samples[sample] > largest:
-        largest, furthest = float(at_samples[sample]), sample_places(points, faces, samples, np.array([sample]))[0]
     if not len(faces):
-        return largest, furthest, largest
+        return float(at_points[vertex]), points[vertex], vertex, float(at_points[vertex])
+    largest, furthest, face = float(at_points[vertex]), points[vertex], int((faces == vertex).any(axis=1).argmax())
+    if at_samples[sample] > largest:
+        largest, face = float(at_samples[sample]), int(samples[sample])
+        furthest = sample_places(points, faces, samples, np.array([sample]))[0]
     scale = to.mesh.scale
     local, at_points = to.local(points), np.abs(at_vertices) * scale
     if not len(to.faces):
         sides = np.max([vector_lengths(local[faces[:, k]] - local[faces[:, k - 1]]) for k in range(3)], axis=0)
-        return largest, furthest, float((at_points[faces].max(axis=1) + sides).max()) / scale
+        return largest, furthest, face, float((at_points[faces].max(axis=1) + sides).max()) / scale
     first = np.searchsorted(samples, np.arange(len(faces), dtype=np.int32))  # the first sample of each face
     bounds = np.empty(len(faces))
     for part in blocks(len(faces)):
@@ -223,7 +228,7 @@ def _largest(
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
     proven_bound, searches_left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples)
-    parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
+    parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high], np.flatnonzero(high))
     while len(parts.bounds) and 3 * len(parts.bounds) <= searches_left:
         searches_left -= 3 * len(parts.bounds)
         smaller = []
@@ -231,6 +236,7 @@ def _largest(
             middles, distances, quarters = _quartered(_Parts(*(values[block] for values in parts)), to)
             if distances.max() > largest * scale:
                 worst = int(distances.argmax())
+                face = int(parts.faces[block][worst // 3])
                 largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle
             quarters, below = _above(largest * scale * _PROVEN, quarters)
             smaller.append(quarters)
@@ -238,19 +244,19 @@ def _largest(
         joined = _Parts(*(np.concatenate(values) for values in zip(*smaller, strict=True)))
         parts, below = _above(largest * scale * _PROVEN, joined)
         proven_bound = max(proven_bound, below)
-    return largest, furthest, max(float(parts.bounds.max(initial=proven_bound)) / scale, largest)
+    return largest, furthest, face, max(float(parts.bounds.max(initial=proven_bound)) / scale, largest)
 
 
 def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
     """Returns (3 t, 3) midpoints of the sides of t parts, (3 t,) their distances from the other surface, and the 4 t quarters."""
-    corners, d, _ = parts
+    corners, d, _, faces = parts
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
     cells, at_middles = to.search(middles.reshape(-1, 3))
     e = at_middles.reshape(-1, 3)
     quarters = np.concatenate([*(np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)), middles])
     at_quarters = np.concatenate([*(np.stack([d[:, k], e[:, k], e[:, k - 1]], axis=1) for k in range(3)), e])
     bounds = to.largest_distances(quarters, at_quarters, np.tile(cells.reshape(-1, 3), (4, 1)))
-    return middles.reshape(-1, 3), at_middles, _Parts(quarters, at_quarters, bounds)
+    return middles.reshape(-1, 3), at_middles, _Parts(quarters, at_quarters, bounds, np.tile(faces, 4))
 
 
 def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:

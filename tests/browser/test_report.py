@@ -124,12 +124,14 @@ def test_it_shows_six_sides_and_sections(opened: Any) -> None:
     assert soon(opened, lambda: opened.locator("[data-low]").inner_text() == "-0.2")
 
 
-def test_a_button_goes_to_the_largest_distance(opened: Any) -> None:
-    """The place comes to the middle of the views, marked by a ring."""
+def test_a_button_goes_to_the_largest_distance(opened: Any, report: tuple[Path, dict[str, Any]]) -> None:
+    """The place of the Hausdorff distance, which is on BEFORE, comes to the middle of the left view, marked by a ring."""
+    first, found = report[1]["comparison"]["out_of_tolerance"][0], report[1]["comparison"]["hausdorff"]
+    assert (first["mesh"], first["amount"]) == ("before", found["mesh_units"])
     opened.locator("[data-approach]").first.click()
     canvas_pixels(opened)
     box, ring = opened.locator("canvas").bounding_box(), opened.locator("[data-marker]").first.bounding_box()
-    assert ring["x"] + ring["width"] / 2 == pytest.approx(box["x"] + 0.75 * box["width"], abs=3)
+    assert ring["x"] + ring["width"] / 2 == pytest.approx(box["x"] + 0.25 * box["width"], abs=3)
     assert ring["y"] + ring["height"] / 2 == pytest.approx(box["y"] + box["height"] / 2, abs=3)
 
 

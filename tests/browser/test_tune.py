@@ -251,12 +251,36 @@ def test_auto_is_chosen_and_its_errors_are_a_curve(tuning: Any) -> None:
 
 
 @pytest.mark.slow
+def test_an_emptied_field_shows_what_runs(tuning: Any) -> None:
+    """Where the recipe says "auto" an emptied field says so and ticks the box, and elsewhere the recipe's number is taken."""
+    tuning.select_option("#recipe", "smooth_implicit")
+    tuning.wait_for_selector("body[data-measured='2']")
+    for parameter, shown, value in (("detail_size", "auto", "auto"), ("iterations", "as in the recipe", None)):
+        row = tuning.locator(f"[data-parameter={parameter}]")
+        field, first = row.locator("input[type=number]"), value or row.get_attribute("data-text")
+        if value == "auto":
+            row.locator("[data-auto]").uncheck()
+        field.press("Control+a")
+        field.press_sequentially("9")
+        assert row.get_attribute("data-text").startswith("9")
+        field.press("Backspace")
+        assert field.get_attribute("placeholder") == shown
+        assert row.get_attribute("data-text") == first
+        field.blur()
+        assert value is None or row.locator("[data-auto]").is_checked()
+
+
+@pytest.mark.slow
 def test_a_second_tab_takes_over(browser: Any, tuning: Any, served: Served) -> None:
-    """The tab that was opened last is served, and the one before says so."""
+    """The tab that was opened last is served, and the one before says so, names no other cause, and says so again if used."""
     second = browser.new_page()
     second.goto(served.address)
     second.wait_for_selector("body[data-measured='1']", timeout=PATIENCE)
     assert "Another page was opened for this scan" in tuning.locator("#problem").inner_text()
+    assert soon(tuning, lambda: tuning.locator("#state").inner_text() == "another page has taken over")
+    tuning.evaluate("complain('')")
+    tuning.click("#again")
+    assert soon(tuning, lambda: "Another page was opened for this scan" in tuning.locator("#problem").inner_text())
     second.close()
 
 

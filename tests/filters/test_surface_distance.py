@@ -215,6 +215,16 @@ def test_nothing_lies_further_than_stated() -> None:
     assert measured((dented, faces), (dented, faces)).at_most < 1e-15
 
 
+@pytest.mark.parametrize(("mesh", "other"), [(flat(size=2.0), cube()), (cube(), flat()), (wave(0.1, 20), flat())])
+def test_the_furthest_place_has_its_face_and_its_side(mesh: Mesh, other: Mesh) -> None:
+    """The furthest place lies on the face that is named, and the signed distance there is the one of `Surface.nearest`."""
+    found = measured(mesh, other)
+    face = Surface.of(mesh[0], mesh[1][[found.furthest_face]])
+    assert face.nearest(found.furthest[None]).distances == pytest.approx(0.0, abs=1e-12)
+    assert found.at_furthest == pytest.approx(Surface.of(*other).nearest(found.furthest[None]).signed[0], rel=1e-9)
+    assert abs(found.at_furthest) == found.largest
+
+
 def test_a_vertex_that_no_face_uses_is_no_place_of_the_surface() -> None:
     """It is far from both surfaces and in both meshes, and the largest distance stays that of the faces."""
     vertices, faces = icosphere(2)

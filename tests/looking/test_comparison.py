@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,22 @@ def test_a_tolerance_passes_or_fails_with_the_areas(tmp_path: Path) -> None:
     passed = compared(tmp_path, (vertices, faces), (vertices * (1 - dents)[:, None], faces), tolerance=0.21)
     assert passed.passed
     assert passed.out_of_tolerance == ()
+
+
+def test_a_tip_between_samples_is_an_area(tmp_path: Path) -> None:
+    """Two vertices stand out further than every sample: each is an area with its place and height, and not 100 % are within."""
+    vertices, faces = icosphere(4)
+    tips = vertices.copy()
+    tips[[5, 8]] *= [[1.2], [1.1998]]
+    found = compared(tmp_path, (vertices, faces), (tips, faces), tolerance=0.1995)
+    assert found.after_from_before.within == pytest.approx(1.0, abs=1e-12)
+    assert found.passed is False
+    assert [area.mesh for area in found.out_of_tolerance] == ["after", "after"]
+    for area, vertex, height in zip(found.out_of_tolerance, (5, 8), (0.2, 0.1998), strict=True):
+        np.testing.assert_allclose(area.place, tips[vertex], rtol=1e-6)
+        assert area.amount == pytest.approx(height, rel=1e-6)
+        assert (area.size, area.area) == (0.0, 0.0)
+    assert verdict_text(found).startswith("Failed: 99.99 % of AFTER and 100 % of BEFORE lie within 0.1995, 2 areas not. ")
 
 
 def test_areas_and_volumes_agree_with_trimesh(tmp_path: Path) -> None:
@@ -251,6 +268,52 @@ def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:
     assert done.exit_code == 1, done.stderr
     assert "by (mm)" in done.stdout
     assert "mesh units" not in done.stdout
+
+
+def test_places_in_survey_coordinates_are_told_apart(tmp_path: Path) -> None:
+    """At UTM coordinates every place that `compare`, `info` and a limit name is exact to the millimetre."""
+    vertices, faces = icosphere(3, 20.0)
+    far = vertices + np.array([5e5, 5e6, 100.0])
+    dent = far.copy()
+    dent[7] += [0.0, 0.0, 3.0]
+    for name, shape in (("a.ply", far), ("b.ply", dent)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), faces.tolist()))
+    place = ", ".join(f"{c:.9g}" if c > 1000 else f"{c:.6g}" for c in dent[7])
+    text = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections").stdout
+    assert f"largest, vertex 7 at {place}" in " ".join(text.split())
+    assert "from (499980, 4999980, 80) to (500020, 5000020, 120)" in invoke("info", tmp_path / "a.ply").stdout
+    limited = ("run", "smooth_taubin", tmp_path / "b.ply", "-o", tmp_path / "c.ply", "--max-displacement", "0.2")
+    named = re.search(r"vertex (\d+) at \((.*?)\) has moved by ([0-9.]+)", invoke(*limited).stderr)
+    assert named is not None
+    assert np.linalg.norm(dent[int(named[1])] - np.array(named[2].split(", "), float)) == pytest.approx(float(named[3]), abs=0.01)
+
+
+def test_a_section_that_cuts_nothing_is_told(tmp_path: Path) -> None:
+    """The warning names the plane and how far both meshes reach along its axis; other sections are in the report."""
+    vertices, faces = icosphere(2)
+    for name, size in (("a.ply", 1.0), ("b.ply", 1.5)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(size * vertices), faces.tolist()))
+    sections = ("--report", tmp_path / "c.html", "--section", "y=1.25", "--section", "y=1000")
+    done = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections", "--json", *sections)
+    wanted = "the report has no section y = 1000, which cuts no face: BEFORE and AFTER reach from -1.5 to 1.5 there"
+    assert document(done.stdout)["warnings"] == [wanted]
+    assert wanted in done.stderr
+    page = (tmp_path / "c.html").read_text("utf-8")
+    assert wanted in page
+    assert page.count("Section y = 1.25") >= 1
+
+
+def test_deviations_never_replace_what_is_compared(tmp_path: Path) -> None:
+    """A file of deviations that is BEFORE or AFTER is refused, also with --overwrite, and both keep their bytes."""
+    vertices, faces = icosphere(2)
+    files = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    for path in files:
+        path.write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
+    for path in files:
+        done = invoke("compare", *files, "--deviations", path, "--overwrite", "--no-self-intersections")
+        assert done.exit_code == 1
+        assert "it is BEFORE or AFTER; name another file for the deviations" in done.stderr
+    assert [path.read_bytes() for path in files] == [ply_bytes(xyz(vertices), faces.tolist())] * 2
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,8 @@ from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import part_of, prepared_scan
-from pymeshfair.tuning.server import ChoiceError, controls, in_mesh_units, is_allowed, saved_comment, script_with
+from pymeshfair.tuning.bench import Workshop, part_of, prepared_scan
+from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
 
@@ -146,3 +147,18 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600
     assert (cut.vertices, cut.diagonal) == (whole.vertices, whole.diagonal)
+
+
+def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run on the whole scan refuses to replace the scan, also under the name of a link, and if files may be replaced."""
+    monkeypatch.chdir(tmp_path)
+    trimesh.Trimesh(*icosphere(1), process=False).export(tmp_path / "scan.ply")
+    (tmp_path / "link.ply").hardlink_to(tmp_path / "scan.ply")
+    scan = prepared_scan(tmp_path / "scan.ply")
+    connection: Any = None  # nothing is sent
+    conversation = Conversation(connection, scan, "smooth_taubin", Workshop(scan, tmp_path))
+    conversation._recipes["smooth_taubin"] = load_recipe("smooth_taubin")
+    for name in ("scan.ply", "link.ply"):
+        order = {"recipe": "smooth_taubin", "steps": sent("smooth_taubin"), "name": name, "replace": True}
+        with pytest.raises(ParameterError, match=f"{name} is the scan, which is not changed: give another name"):
+            asyncio.run(conversation.finish(order))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
+from ..errors import MeshError, point_text
 from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
 from . import options
 from .streams import STANDARD, check_text, plain, print_document, print_lines, save_text, say, warn
@@ -15,9 +16,6 @@ from .streams import STANDARD, check_text, plain, print_document, print_lines, s
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
     from ..running.read import ReadMesh
-
-#: the largest number of areas out of tolerance that are listed
-_AREAS = 20
 
 
 def compare(
@@ -49,8 +47,11 @@ def compare(
     The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """
     from ..declaration.parameters import unit_of_scan
+    from ..files.errors import OutputError
     from ..files.formats import extension
+    from ..files.outputs import same_file
     from ..files.writing import write_file
+    from ..filters.mesh import bounding_box
     from ..looking.comparison import FORMATS, deviations_file, state_of
     from ..looking.comparison import compare as compare_states
     from ..running.read import read_mesh
@@ -58,11 +59,13 @@ def compare(
     options.check_report(report, overwrite=overwrite, section=section, limits=limits, up=up)
     planes = []
     if section:
-        from ..report.page import Plane  # imported here, as it loads Pillow
+        from ..report.page import Plane, outline  # imported here, as it loads Pillow
 
         planes = [Plane.parse(text) for text in section]
     if deviations is not None:
         check_text(deviations, FORMATS, overwrite=overwrite, json=json)
+        if same_file(deviations, before) or same_file(deviations, after):
+            raise OutputError(deviations, "it is BEFORE or AFTER; name another file for the deviations")
     reading: dict[str, Any] = {"self_intersections": self_intersections, "allow_outside": allow_outside, "unchecked": unchecked}
     meshes = [read_mesh(path, **reading) for path in (before, after)]
     meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
@@ -71,6 +74,11 @@ def compare(
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     if all(units) and units[0] != units[1]:
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
+    for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
+        planes.remove(plane)
+        along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]
+        reach = f"{point_text([min(along)])} to {point_text([max(along)])}"
+        warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach} there")
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)
@@ -112,7 +120,6 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     """The second mesh, turned and moved onto the first, and the numbers of this alignment."""
     from dataclasses import replace
 
-    from ..errors import MeshError
     from ..filters.inspection import Surface, align
     from ..filters.mesh import bounding_box
     from ..mesh_data import moved
@@ -141,7 +148,7 @@ def _show(comparison: Comparison, alignment: dict[str, Any] | None, unit: str | 
     show_table(*distance_table(comparison, unit), numbers=(1, 2, 3))
     typer.echo("")
     if comparison.out_of_tolerance:
-        show_table(*area_table(comparison, _AREAS, unit), numbers=(2, 3, 4))
+        show_table(*area_table(comparison, unit), numbers=(2, 3, 4))
         typer.echo("")
     print_lines((*comparison_lines(comparison, unit), verdict_text(comparison, unit)))
     if alignment is not None:

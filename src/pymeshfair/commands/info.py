@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument
 
+from ..errors import UnknownNameError, point_text
 from ..looking.words import counted
 from .group import Command
 from .options import AllowOutside, Json, Unchecked
@@ -110,7 +111,6 @@ def info(
         show({"recipe": recipe_document(recipe)}, recipe_page(recipe), json=json)
         return
     from ..declaration import nearest
-    from ..errors import UnknownNameError
     from ..registry import all_filters, find_filter
 
     try:
@@ -258,8 +258,7 @@ def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
         low, high = measures["box"]
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
         unit = f" {measures['unit']}" if measures["unit"] else ""
-        first, last = (", ".join(f"{c:.6g}" for c in corner) for corner in (low, high))
-        yield f"Its box is {sides}{unit}, from ({first}) to ({last})."
+        yield f"Its box is {sides}{unit}, from ({point_text(low)}) to ({point_text(high)})."
     if measures["faces"]:
         counts = {None: "not counted, see `pymeshfair compare --self-intersections`", 0: "none"}
         count = measures["self_intersecting_faces"]
@@ -274,8 +273,6 @@ def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
         yield f"It has {counted(holes, 'hole')} and {counted(len(rims) - holes, 'outer border')}:"
     for rim in rims[:_MOST_RIMS]:
         kind = "outer border" if rim["outer"] else "hole"
-        x, y, z = rim["middle"]
-        yield f"  {kind} of {rim['edges']:,} edges, {rim['length']:.4g} long, around {x:.4g}, {y:.4g}, {z:.4g}"
+        yield f"  {kind} of {rim['edges']:,} edges, {rim['length']:.4g} long, around {point_text(rim['middle'])}"
     if len(rims) > _MOST_RIMS:
-        least = rims[_MOST_RIMS]["edges"]
-        yield f"  and {len(rims) - _MOST_RIMS:,} more of at most {least:,} edges"
+        yield f"  and {len(rims) - _MOST_RIMS:,} more of at most {rims[_MOST_RIMS]['edges']:,} edges"

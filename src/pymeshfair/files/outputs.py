@@ -36,10 +36,10 @@ class MadeFrom:
         if record is None:
             return "no provenance says that a run wrote it"
         source = Path(str(record["input"].get("path")))
-        if not _same_file(source, self.input) and record["input"].get("sha256") != sha256_of(self.input):
+        if not same_file(source, self.input) and record["input"].get("sha256") != sha256_of(self.input):
             return f"was made from another input, {source}"
         others = [Path(str(other.get("path"))) for other in record["input"].get("others", ())]
-        if len(others) != len(self.others) or not all(map(_same_file, others, self.others)):
+        if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
         recipe = record.get("recipe")
         if not isinstance(recipe, dict) or recipe.get("sha256") != self.recipe:
@@ -67,7 +67,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
     """Refuses files of an intervention map (it shows a run's changes) as `check_output` does, and the run's input and output."""
     for path in maps:
         check_kind(path, ("ply",))
-        if path == output or _same_file(path, made_from.input):
+        if path == output or same_file(path, made_from.input):
             raise OutputError(path, "it is the input or the output of the run; name another file for the map")
     existing = [path for path in maps if check_place(path)]
     if not overwrite:
@@ -84,7 +84,8 @@ def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, ma
             raise OutputError(path, f"it exists and {reason}; {OVERWRITE}")
 
 
-def _same_file(one: Path, other: Path) -> bool:
+def same_file(one: Path, other: Path) -> bool:
+    """Returns whether two paths lead to one file."""
     return one == other or (one.exists() and other.exists() and one.samefile(other))
 
 

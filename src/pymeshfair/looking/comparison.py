@@ -1,7 +1,4 @@
-"""Compares two meshes: distances between the surfaces, changes of shape and faces, and attributes kept, lost and gained.
-
-Two lengths are measured: the distance between the surfaces, and the displacement of vertices if both meshes have the same faces.
-"""
+"""Compares two meshes: distances between the surfaces, changes of shape and faces, and attributes kept, lost and gained."""
 
 import io
 import math
@@ -108,7 +105,7 @@ class Area:
     place: tuple[float, float, float]  # (x, y, z) of its point that is furthest from the other surface
     amount: float  # the distance of that point in mesh units, above 0 on the outer side of the other surface
     size: float  # the diagonal of its bounding box in mesh units
-    area: float  # in square mesh units
+    area: float  # in square mesh units; 0 if no sample is out of tolerance
 
 
 @dataclass(frozen=True)
@@ -185,10 +182,6 @@ class Comparison:
     sharp_angle: float = SHARP  # the least dihedral angle of a sharp edge, in degrees
 
 
-#: the lengths that `Deviation` and `DistanceStatistics` have under the same names
-_LENGTHS = ("mean", "mean_size", "rms", "standard_deviation", "mean_error", "mean_size_error", "rms_error")
-
-
 def same_elements(first: MeshData, second: MeshData) -> bool:
     """Returns whether two meshes have the same number of vertices and the same faces."""
     return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
@@ -232,8 +225,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         sides = ("after", after, after_distance), ("before", before, before_distance)
         areas = [area for side in sides for area in _out_of_tolerance(*side, tolerance)]
         ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
-        passed = max(after_distance.largest, before_distance.largest) <= tolerance
-        verdict = {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
+        verdict = {"tolerance": length(tolerance), "passed": not ordered, "out_of_tolerance": ordered}
     at_most = max(after_distance.at_most, before_distance.at_most)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
     attributes_before, attributes_after = (attributes_of(mesh) for mesh in (first, second))
@@ -261,22 +253,27 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
     """Yields the connected parts of a surface, or the points of a cloud, that are out of tolerance."""
-    mesh, rows_over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)
-    if not len(rows_over):
+    if distance.largest <= tolerance:
         return
-    part = np.arange(len(rows_over))
+    mesh, over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)
+    faces, amounts, weights = distance.faces[over], distance.distances[over], distance.weights[over]
+    part, places = np.arange(len(over)), sample_places(mesh.vertices, mesh.faces, distance.faces, over)
     if len(mesh.faces):
-        faces, row = np.unique(distance.faces[rows_over], return_inverse=True)
-        parts, _ = connected_components(mesh.faces[faces], len(mesh.vertices))
-        part = parts[mesh.faces[faces, 0]][row]
-    order = np.lexsort((-np.abs(distance.distances[rows_over]), part))
-    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    for rows in np.split(rows_over[order], starts[1:]):
-        places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
-        x, y, z = places[0].tolist()
-        size = float(np.linalg.norm(np.ptp(places, axis=0)))
-        area = float(distance.weights[rows].sum()) * state.measures["area"]
-        yield Area(name, (x, y, z), float(distance.distances[rows[0]]), size, area)
+        # Samples miss tips: vertices and the furthest place count, too, without area.
+        face_of_vertex = np.full(len(mesh.vertices), -1)
+        face_of_vertex[mesh.faces] = np.arange(len(mesh.faces))[:, None]
+        tips = np.flatnonzero((np.abs(distance.at_vertices) > tolerance) & (face_of_vertex >= 0))
+        faces = np.concatenate([faces, face_of_vertex[tips], [distance.furthest_face]])
+        amounts = np.concatenate([amounts, distance.at_vertices[tips], [distance.at_furthest]])
+        places = np.concatenate([places, mesh.vertices[tips], [distance.furthest]])
+        weights = np.concatenate([weights, np.zeros(len(tips) + 1)])
+        used, row = np.unique(faces, return_inverse=True)
+        part = connected_components(mesh.faces[used], len(mesh.vertices))[0][mesh.faces[used, 0]][row]
+    order = np.lexsort((-np.abs(amounts), part))
+    for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
+        x, y, z = places[rows[0]].tolist()
+        size = float(np.linalg.norm(np.ptp(places[rows], axis=0)))
+        yield Area(name, (x, y, z), float(amounts[rows[0]]), size, float(weights[rows].sum()) * state.measures["area"])
 
 
 def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -> Moved:
@@ -288,12 +285,11 @@ def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -
 
 
 def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
-    statistics = vars(distance.statistics(tolerance))
+    lengths = {**vars(distance.statistics(tolerance)), "largest": distance.largest, "at_most": distance.at_most}
+    shares = {name: lengths.pop(name) for name in ("samples", "within", "within_error")}
+    percentiles = {percent: length(value) for percent, value in lengths.pop("percentiles").items()}
     x, y, z = distance.furthest.tolist()
-    lengths = {name: length(statistics[name]) for name in _LENGTHS}
-    percentiles = {percent: length(value) for percent, value in statistics["percentiles"].items()}
-    further_measures = {"percentiles": percentiles, "largest": length(distance.largest), "at_most": length(distance.at_most)}
-    return Deviation(**{**statistics, **lengths, **further_measures, "place": (x, y, z)})
+    return Deviation(**{**shares, **{k: length(v) for k, v in lengths.items()}}, percentiles=percentiles, place=(x, y, z))
 
 
 def _change(before: float | None, after: float | None) -> float | None:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from ..errors import point_text
+
 if TYPE_CHECKING:
-    from .comparison import Comparison, LengthIn
+    from .comparison import Comparison, Deviation, LengthIn
 
 #: the largest number of pieces that get a line each
 _MOST_PIECES = 5
+#: the largest number of areas out of tolerance that are listed
+MOST_AREAS = 20
 #: a measure, its words, and whether it has a row even if all values are 0 or unknown (clouds, runs by tiles: if one is known)
 _MEASURES = (
     ("vertices", "vertices", True),
@@ -94,7 +98,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
-            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {_at(moved['place'])}"
+            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {point_text(moved['place'])}"
         )
     shortest, lost = change.get("relief_from", 0.0), change["relief_lost"]
     relief = f"relief with waves from {shortest:g} mean edges on" if shortest else "relief apart from noise"
@@ -130,7 +134,8 @@ def _piece_lines(words: str, part: Mapping[str, Any], unit: str | None) -> Itera
         return
     for piece in part["largest"][:_MOST_PIECES]:
         share = "" if piece["share"] is None else f", {_percent(piece['share'])} of the area"
-        yield f"  {words}: {counted(piece['faces'], 'face')}{share}, {_in(piece['size'], unit)} across, at {_at(piece['place'])}"
+        where = f"{_in(piece['size'], unit)} across, at {point_text(piece['place'])}"
+        yield f"  {words}: {counted(piece['faces'], 'face')}{share}, {where}"
     if (more := part["pieces"] - _MOST_PIECES) > 0:
         yield f"  {words}: {counted(more, 'smaller piece')}"
 
@@ -175,21 +180,26 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
         text += " No vertex moved."
     elif moved is not None:
         text += f" Vertices moved by {_in_edges(moved.mean, unit)} on average, and by {_in_edges(moved.largest, unit)} at most."
-    if result.tolerance is not None and after.within is not None and before.within is not None:
-        parts = f"{100 * after.within:.4g} % of AFTER and {100 * before.within:.4g} % of BEFORE"
-        shares = f"{parts} lie within {_in(result.tolerance.mesh_units, unit, 6)}"
+    if result.tolerance is not None:
+        limit = result.tolerance.mesh_units
+        shares = f"{_within(after, limit)} of AFTER and {_within(before, limit)} of BEFORE lie within {_in(limit, unit, 6)}"
         areas = counted(len(result.out_of_tolerance), "area")
         text = f"Passed: {shares}. {text}" if result.passed else f"Failed: {shares}, {areas} not. {text}"
     return text
 
 
-def area_table(result: Comparison, most: int, unit: str | None = None) -> list[list[str]]:
-    """Returns the headers and a row for each of the `most` furthest areas out of tolerance."""
+def _within(side: Deviation, tolerance: float) -> str:
+    """Returns the share of the area within the tolerance; below 100 % if any place is beyond it."""
+    return f"{min(100.0 * (side.within or 0.0), 99.99 if side.largest.mesh_units > tolerance else 100.0):.4g} %"
+
+
+def area_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
+    """Returns the headers and a row for each of the furthest areas out of tolerance."""
     length = unit or "mesh units"
     headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
     return [headers] + [
-        [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
-        for k, a in enumerate(result.out_of_tolerance[:most], 1)
+        [f"{k}, of {a.mesh.upper()}", point_text(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
+        for k, a in enumerate(result.out_of_tolerance[:MOST_AREAS], 1)
     ]
 
 
@@ -202,15 +212,15 @@ def distance_table(result: Comparison, unit: str | None = None) -> list[list[str
         ("root mean square", after.rms),
         ("standard deviation", after.standard_deviation),
         *((f"{percent} % of the area is nearer than", length) for percent, length in after.percentiles.items()),
-        (f"largest, at {_at(after.place)}", after.largest),
+        (f"largest, at {point_text(after.place)}", after.largest),
         ("BEFORE from AFTER, root mean square", before.rms),
-        (f"largest, at {_at(before.place)}", before.largest),
+        (f"largest, at {point_text(before.place)}", before.largest),
     ]
     if moved is not None:
         rows += [
             ("displacement of the vertices, mean", moved.mean),
             ("root mean square", moved.rms),
-            (f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
+            (f"largest, vertex {moved.vertex} at {point_text(moved.place)}", moved.largest),
         ]
     return [["", unit or "mesh units", "mean edges", "% of diagonal"]] + [
         [words, *("-" if value is None else f"{value:.4g}" for value in vars(length).values())]
@@ -257,10 +267,6 @@ def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:
 
 def _in(value: float, unit: str | None, digits: int = 3) -> str:
     return f"{value:.{digits}g}{f' {unit}' if unit else ''}"
-
-
-def _at(place: tuple[float, float, float]) -> str:
-    return ", ".join(f"{c:.6g}" for c in place)
 
 
 def _value_text(value: float | str | None) -> str:

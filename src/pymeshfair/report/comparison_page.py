@@ -17,6 +17,7 @@ from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetri
 from ..looking.comparison import Compared, Comparison, compare, same_elements, state_of
 from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
+    MOST_AREAS,
     area_table,
     became_text,
     change_lines,
@@ -35,8 +36,6 @@ from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances, which show every side
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-#: the largest number of areas out of tolerance that the page marks and lists
-_AREAS = 20
 
 
 @dataclass(frozen=True)
@@ -66,9 +65,9 @@ def comparison_page(
 ) -> bytes:
     """Returns the report as the bytes of an HTML file.
 
-    `numbers` is the document that the page shows as JSON. After a run, `run` is the run's record, and `provenance` the text of
-    this record. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
-    distance, and the colours end at the `symmetric_limits` of the distances, or at 1.5 times the tolerance if that is farther.
+    `numbers` is the document that the page shows as JSON, each of `planes` cuts a mesh, and after a run `run` is its record and
+    `provenance` the text of that. By default the comparison gives the verdict, the markers show the areas out of tolerance or the
+    largest distance, and the colours end at the `symmetric_limits` of the distances, but at 1.5 times the tolerance at least.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
@@ -86,10 +85,10 @@ def comparison_page(
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run["measures"]["change"], unit) if run and run["measures"]["change"] else (),
         distances=distance_table(comparison, unit),
-        areas=area_table(comparison, _AREAS, unit),
+        areas=area_table(comparison, unit),
         lines=comparison_lines(comparison, unit),
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
-        sections=[c for plane in planes if (c := section_chart(compared.meshes.values(), plane, unit)) is not None],
+        sections=[section_chart(compared.meshes.values(), plane, unit) for plane in planes],
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         unsought=not any(measures["self_intersecting_faces"] is not None for measures in (comparison.before, comparison.after)),
         warnings=warnings,
@@ -164,7 +163,7 @@ def _markers(comparison: Comparison, unit: str | None) -> list[Marker]:
     if comparison.out_of_tolerance:
         return [
             Marker(a.place, f"out of tolerance, distance {abs(a.amount):.4g}{suffix}", 0 if a.mesh == "before" else 1)
-            for a in comparison.out_of_tolerance[:_AREAS]
+            for a in comparison.out_of_tolerance[:MOST_AREAS]
         ]
     after, before = comparison.after_from_before, comparison.before_from_after
     mesh, farther = (1, after) if after.largest.mesh_units >= before.largest.mesh_units else (0, before)

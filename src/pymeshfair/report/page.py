@@ -25,7 +25,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from ..declaration import Floats
-from ..errors import ParameterError
+from ..errors import ParameterError, point_text
 from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
 
@@ -106,7 +106,7 @@ class Plane:
         raise ParameterError(f"{text!r} is no section: write an axis and a coordinate in mesh units, such as z=12.5")
 
     def __str__(self) -> str:
-        return f"{'xyz'[self.axis]} = {self.value:.6g}"
+        return f"{'xyz'[self.axis]} = {point_text([self.value])}"
 
 
 def outline(mesh: MeshData, plane: Plane) -> Floats:
@@ -215,12 +215,10 @@ class SectionChart:
     width, height = _WIDTH, _SECTION_HEIGHT
 
 
-def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart | None:
-    """The section of two meshes; None if the plane cuts neither. `unit` is the unit of the scan, or None."""
+def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart:
+    """The section of two meshes, at least one of which the plane cuts. `unit` is the unit of the scan, or None."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
-    if not len(points):
-        return None
     low, high = points.min(axis=0), points.max(axis=0)
     room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
     scale = float((room / np.maximum(high - low, 1e-300)).min())

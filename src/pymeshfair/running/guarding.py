@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ..declaration import Floats, Ints
+from ..errors import point_text
 from ..files.polygons import numbered
 from ..filters.geometry import cross_products, vector_lengths
-from ..filters.inspection import SHARP, share_kept, sharp_edges
+from ..filters.inspection import SHARP, Surface, share_kept, sharp_edges, wall_thickness
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
@@ -60,18 +61,16 @@ def breaches(
 
 
 def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_text: str, unit: str) -> Iterator[Breach]:
-    # Added vertices have no displacement. If the vertices could not be traced, their distances from the input's surface count.
     if moved is None or not moved.largest > limit:
         return
     others = int((origins.displaced[1] > limit).sum()) - 1
-    x, y, z = moved.place
     number = origins.vertices[moved.vertex]
     vertex = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
     verb = "has moved by" if moved.same else "lies away from the input by"
     is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
     allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.6g}{unit}"
     further = f"; {others:,} more vertices exceed it" if others else ""
-    message = f"{vertex} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{further}"
+    message = f"{vertex} at ({point_text(moved.place)}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{further}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 
@@ -145,8 +144,6 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
     """A sentence on the wall thickness of a closed mesh and its thinnest place; empty if no walls face each other."""
-    from ..filters.inspection import wall_thickness
-
     if not len(mesh.faces):
         return ""
     walls = wall_thickness(mesh.vertices, mesh.faces)
@@ -154,18 +151,16 @@ def wall_words(mesh: MeshData, unit: str | None) -> str:
     if not np.isfinite(walls.values[thinnest]):
         return ""
     suffix = f" {unit}" if unit else ""
-    place = ", ".join(f"{c:.6g}" for c in walls.places[thinnest])
     return (
         f"walls: half of the area is thicker than {walls.below(0.5):.4g}{suffix}, "
         f"1 % is thinner than {walls.below(0.01):.4g}{suffix}, "
-        f"the thinnest place is {walls.values[thinnest]:.4g}{suffix} at {place}; thin walls are kept as they are"
+        f"the thinnest place is {walls.values[thinnest]:.4g}{suffix} at {point_text(walls.places[thinnest])}; "
+        "thin walls are kept as they are"
     )
 
 
 def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     """A sentence on the share of a scan's area that is over 2 d from the wrap; d is the wrap's mean distance from the scan."""
-    from ..filters.inspection import Surface
-
     if not len(scan.faces):
         return ""
     areas = vector_lengths(cross_products(scan.vertices, scan.faces))
@@ -184,7 +179,6 @@ def _fault(kind: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     places, sizes = np.unique(place_of, return_counts=True)
     largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
-    around = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
     more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
-    text = f"the written file has {count:,} {kind}, around {around}{more}"
+    text = f"the written file has {count:,} {kind}, around {'; '.join(map(point_text, middles))}{more}"
     return Breach("require", text, place=tuple(middles[0]), amount=count, allowed=0)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..declaration import Bools, FilterClass, Floats, Ints
+from ..errors import point_text
 from ..files.ply_write import write_ply
 from ..files.writing import StagedFile
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
@@ -245,15 +246,15 @@ def warnings_of(
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield f"the shape's dimensions changed, even without noise at their ends: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
-        where, unit = ", ".join(f"{c:.6g}" for c in moved.place), "spacings" if change.area is None else "edges"
+        unit = "spacings" if change.area is None else "edges"
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {moved.vertex} at {where} moved by {moved.largest:.6g}, {moved.edges:.1f} mean {unit}: "
+            f"vertex {moved.vertex} at {point_text(moved.place)} moved by {moved.largest:.6g}, {moved.edges:.1f} mean {unit}: "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes such a move an error"
         )
     if change.folded:
-        where = ", ".join(f"{c:.6g}" for c in change.folded.place)
+        where = point_text(change.folded.place)
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
             f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "

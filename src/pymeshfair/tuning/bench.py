@@ -105,11 +105,8 @@ class Bench:
         session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
-        numbers = {
-            "warnings": session.warnings,
-            "tried": [step.values.get("tried", []) for step in outcome.steps],
-        }
-        return numbers, self._pack(self._result[1])
+        tried = [step.values.get("tried", []) for step in outcome.steps]
+        return {"warnings": session.warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Returns the numbers of the last result, and its mesh with distances as colours."""
@@ -131,9 +128,8 @@ class Bench:
     def _drawable(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
         scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
-        return shown_mesh(
-            name, mesh, scalars=scalars, like=self._scan if mesh is not first and same_elements(mesh, first) else None
-        )
+        like = self._scan if mesh is not first and same_elements(mesh, first) else None
+        return shown_mesh(name, mesh, scalars=scalars, like=like)
 
     def _pack(self, shown: Shown) -> bytes:
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}

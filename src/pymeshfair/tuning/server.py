@@ -24,6 +24,7 @@ from websockets.http11 import Request, Response
 
 from ..declaration import AUTO, Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
 from ..errors import ParameterError, PymeshfairError
+from ..files.outputs import same_file
 from ..operating_system import this_system
 from ..recipe import Recipe, load_recipe, shipped_heads, shipped_recipes
 from ..report.page import render
@@ -212,13 +213,7 @@ def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
 
 
 def serve(
-    scan: Scan,
-    recipe: str,
-    token: str,
-    folder: Path,
-    listening: socket.socket,
-    *,
-    ready: Callable[[], None] = lambda: None,
+    scan: Scan, recipe: str, token: str, folder: Path, listening: socket.socket, *, ready: Callable[[], None] = lambda: None
 ) -> None:
     """Answers requests until Ctrl-C or a signal ends the process; then ends the worker.
 
@@ -393,8 +388,10 @@ class Conversation:
         """Runs the tuned recipe on the whole scan, and writes the result to a file."""
         path = self._target(order)
         recipe, script = self._recipe_and_script(order)
-        await self.stop(order)
         scan = self._scan.path
+        if same_file(path, scan):
+            raise ParameterError(f"{path.name} is the scan, which is not changed: give another name")
+        await self.stop(order)
         script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
         job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))
         stopped, send_event = threading.Event(), self._event_sender(0)

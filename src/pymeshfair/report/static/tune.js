@@ -46,13 +46,13 @@ function field(step, number, parameter) {
     const length = parameter.kind === "length", whole = parameter.kind === "whole";
     const step_ = whole ? 1 : (parameter.high - parameter.low) / 200;
     const slider = element("input", { type: "range", min: String(parameter.low), max: String(parameter.high), step: String(step_), id: `${id}-slider`, "aria-label": `${parameter.label}, slider` });
-    input = element("input", { type: "number", id, step: whole ? "1" : "any", placeholder: parameter.value === "" ? "found" : "as in the recipe" });
+    input = element("input", { type: "number", id, step: whole ? "1" : "any", placeholder: parameter.value === "" ? "found" : parameter.value === parameter.automatic ? "auto" : "as in the recipe" });
     if (parameter.least !== null) input.min = String(parameter.least);
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
       ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value }, words))) : null;
     const auto = parameter.automatic ? element("input", { type: "checkbox", "data-auto": "" }) : null;
-    text = () => auto && auto.checked ? parameter.automatic : input.value === "" ? "" : input.value + (unit ? unit.value : "");
+    text = () => auto && auto.checked ? parameter.automatic : input.value === "" ? parameter.value : input.value + (unit ? unit.value : "");
     const enable = () => { for (const part of [slider, input, ...(unit ? [unit] : [])]) part.disabled = Boolean(auto && auto.checked); };
     put = (value) => {
       if (auto) auto.checked = value === parameter.automatic;
@@ -67,6 +67,7 @@ function field(step, number, parameter) {
     row.append(label, slider, element("span", { class: "value" }, input, ...(unit ? [unit] : []),
       ...(auto ? [element("label", {}, auto, " auto")] : [])));
     if (unit) unit.addEventListener("change", changed);
+    if (auto) input.addEventListener("change", () => { if (text() === parameter.automatic) row.put(parameter.automatic); });
     if (auto) auto.addEventListener("change", () => { enable(); if (!auto.checked && input.value === "") input.value = slider.value; changed(); });
     row.showTried = (tried) => { row.querySelector("svg")?.remove(); if (length && tried.length > 1) slider.before(curve(tried, parameter, unit.value)); };
   }
@@ -140,6 +141,7 @@ function remembered() {
 
 function send(what, more = {}) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: what, recipe: state.recipe, steps: settings(), ...more }));
+  else if (state.ended) complain(state.ended);
 }
 
 /* runs with the current settings, after a short time without changes */
@@ -293,7 +295,7 @@ const answers = {
   },
   saved(told) { by("state").textContent = `saved: ${told.path}`; },
   finished(told) { running(false, `written: ${told.files.join(", ")}`); },
-  ended(told) { complain(told.message); },
+  ended(told) { state.ended = told.message; complain(told.message); },
 };
 
 socket.addEventListener("message", async ({ data }) => {
@@ -306,7 +308,7 @@ socket.addEventListener("message", async ({ data }) => {
     try { await receive(told, await readMessage(data)); } catch (error) { complain(error.message); }
   }
 });
-socket.addEventListener("close", () => { running(false, "the server is gone; start pymeshfair tune again"); });
+socket.addEventListener("close", () => { running(false, state.ended ? "another page has taken over" : "the server is gone; start pymeshfair tune again"); });
 
 by("recipe").addEventListener("change", () => send("recipe", { recipe: by("recipe").value }));
 by("again").addEventListener("click", () => ask(0));
