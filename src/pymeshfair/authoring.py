@@ -46,6 +46,7 @@ class Recipe(FilterMethods):
         self.name = name  # for messages and the records of runs
         self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
+        self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
     @classmethod
     def load(cls, name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
@@ -74,15 +75,16 @@ class Recipe(FilterMethods):
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
         steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
-        self.script = self.script.with_steps(steps)
+        self.script = replace(self.script.with_steps(steps), path=None)
 
     def set(self, *texts: str, **settings: object) -> None:
         """Overrides values of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as on the command line."""
-        self.script = changing.override(self.script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+        texts += tuple(f"{name}={value}" for name, value in settings.items())
+        self.script, self.overrides = changing.override(self.script, texts), self.overrides + texts
 
     def limit(self, **limits: str) -> None:
         """Sets limits that a result of `run` must keep, as on the command line: ``limit(max_displacement="5%")``."""
-        self.script = replace(self.script, guards=self.script.guards.overridden(guards.Guards.parse(limits)))
+        self.script = replace(self.script, path=None, guards=self.script.guards.overridden(guards.Guards.parse(limits)))
 
     def __iter__(self) -> Iterator[Step]:
         return iter(self.script.steps)
@@ -122,8 +124,9 @@ class Recipe(FilterMethods):
         return run(self, input, output, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the recipe as an .mlx script, atomically; replaces an existing file."""
+        """Writes the recipe as an .mlx script, atomically; replaces an existing file. That is the recipe's file from then on."""
         scripts.write_script(self.script, Path(path), overwrite=True)
+        self.script, self.overrides = replace(self.script, path=Path(path).absolute()), ()
 
 
 def run(
@@ -178,6 +181,7 @@ def run(
         others=tuple(map(Path, others)),
         overwrite=overwrite,
         timeout=timeout,
+        overrides=chosen.overrides,
         measures=measures,
         unit=unit,
         warnings=(*changed_meanings, *warnings.script_warnings(chosen.script, layers=1 + len(others))),
