@@ -98,13 +98,15 @@ def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_ver
     return np.ascontiguousarray(cells, dtype=np.int32)
 
 
-def check_points(vertices: ArrayLike) -> Floats:
-    """Returns the points as (n, 3) float64, checked like the vertices of `check_mesh`."""
+def check_points(
+    vertices: ArrayLike, one: str = "vertex", several: str = "vertices", remedy: str = "remove these vertices first"
+) -> Floats:
+    """Returns the rows as (n, 3) float64, checked like the vertices of `check_mesh`; messages use the words."""
     raw = np.asarray(vertices)
     if raw.size == 0:
         return np.empty((0, 3))
     if raw.ndim != 2 or raw.shape[1] != 3 or raw.dtype.kind not in "fiu":
-        raise FilterInputError(f"vertices must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
+        raise FilterInputError(f"{several} must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
     points = np.ascontiguousarray(raw, dtype=np.float64)
     if len(points) > np.iinfo(np.int32).max:
         raise FilterInputError(f"{len(points)} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
@@ -112,8 +114,8 @@ def check_points(vertices: ArrayLike) -> Floats:
         bad = ~np.isfinite(points).all(axis=1)
         first = int(bad.argmax())
         raise FilterInputError(
-            f"vertex {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} vertices have a coordinate that is "
-            "not finite; remove these vertices first"
+            f"{one} {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} {several} have a coordinate that is "
+            f"not finite; {remedy}"
         )
     return points
 
