@@ -135,8 +135,8 @@ def run(
     output: str | os.PathLike[str],
     *,
     settings: Mapping[str, object] | None = None,
-    set: Sequence[str] = (),
-    others: Sequence[str | os.PathLike[str]] = (),
+    set: str | Sequence[str] = (),
+    others: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     overwrite: bool = False,
     timeout: float | None = None,
     measures: bool = True,
@@ -153,8 +153,8 @@ def run(
         input: the mesh file.
         output: the file to write; its extension is the format. ``OUTPUT.provenance.json`` beside it is the record of the run.
         settings: values that override settings of the recipe, by name.
-        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line.
-        others: mesh files for the layers 1, 2 ... that the recipe names.
+        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one such text.
+        others: mesh files for the layers 1, 2 ... that the recipe names; or one such file.
         overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
@@ -169,21 +169,20 @@ def run(
     """
     from .running import job, supervise
 
-    chosen = recipe if isinstance(recipe, Recipe) else Recipe.load(recipe)
-    if settings or set:
-        chosen = copy.copy(chosen)
-        chosen.set(*set, **(settings or {}))
+    chosen = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe.load(recipe)
+    chosen.set(*([set] if isinstance(set, str) else set), **(settings or {}))
+    further = tuple(map(Path, [others] if isinstance(others, str | os.PathLike) else others))
     changed_meanings = (str(change) for change in chosen.changes if not change.same_meaning)
     order = job.Job(
         named.Recipe(chosen.name, chosen.script, chosen.changes),
         Path(input),
         Path(output),
-        others=tuple(map(Path, others)),
+        others=further,
         overwrite=overwrite,
         timeout=timeout,
         overrides=chosen.overrides,
         measures=measures,
         unit=unit,
-        warnings=(*changed_meanings, *warnings.script_warnings(chosen.script, layers=1 + len(others))),
+        warnings=(*changed_meanings, *warnings.script_warnings(chosen.script, layers=1 + len(further))),
     )
     return supervise.run_job(order, on_event)

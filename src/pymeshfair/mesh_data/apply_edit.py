@@ -48,7 +48,17 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
         if value is not None and name not in changes:
             per_face = name == "delete_faces" or name.startswith("face_")
             changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
-    return replace(edit, **changes)
+    return replace(edit, **changes, new_layers=tuple(map(_checked_layer, edit.new_layers)))
+
+
+def _checked_layer(layer: NewLayer) -> NewLayer:
+    rows = len(np.atleast_1d(layer.vertices))
+    given = [name for name in ("vertices", "vertex_normals", "vertex_scalars") if getattr(layer, name) is not None]
+    try:
+        arrays: dict[str, Any] = {name: _checked(name, getattr(layer, name), rows) for name in given}
+        return replace(layer, **arrays)
+    except MeshError as error:
+        raise MeshError(f"{error} (of the new layer {layer.label!r})") from None
 
 
 def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
