@@ -1,9 +1,14 @@
 """The entrance of every filter of vertices."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.choosing import chosen_projection
+from pymeshfair.filters.denoising import automatic_choice, bilateral_projection
+from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.mesh import check_mesh, normalised_mesh
 from tests.meshes import grid, icosphere, renumbered
@@ -84,6 +89,30 @@ def test_a_stray_vertex_changes_no_measure_but_its_own(distance: float) -> None:
     assert {k: v for k, v in vars(more).items() if k not in own} == {k: v for k, v in vars(alone).items() if k not in own}
     assert more.unreferenced_vertices == 1
     assert more.diagonal == pytest.approx(np.hypot(distance + 1.0, np.sqrt(8.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("distance", [1e9, 1e16, float(np.finfo(np.float32).max), 1e300])
+def test_a_far_piece_is_refused_before_the_rest_loses_its_digits(distance: float) -> None:
+    """The far vertex of a mesh or of a cloud is named; at 1e7 it is smoothed, as is a thin needle, with half of the digits."""
+    vertices, faces = icosphere(2)
+    cloud = np.concatenate([vertices, [[distance, 0.0, 0.0]]])
+    more = np.concatenate([faces, faces + len(vertices)]).astype(np.int32)
+    calls: list[Callable[[], object]] = [
+        lambda: taubin_fairing(cloud, np.concatenate([faces, [[0, 1, len(vertices)]]]).astype(np.int32)),
+        lambda: automatic_choice(cloud, np.concatenate([faces, [[0, 1, len(vertices)]]]).astype(np.int32)),
+        lambda: bilateral_projection(cloud),
+        lambda: chosen_projection(cloud),
+    ]
+    for call in calls:
+        with pytest.raises(
+            FilterInputError, match=r"^vertex 162 at \[.*, 0\.0, 0\.0\] is so far from the others that .*: remove it first"
+        ):
+            call()
+    with pytest.raises(FilterInputError, match="is so far from the others"):
+        taubin_fairing(np.concatenate([vertices, 2.0 * vertices + distance]), more)
+    near = taubin_fairing(np.concatenate([vertices, 2.0 * vertices + 1e7]), more)
+    np.testing.assert_allclose(near[: len(vertices)], taubin_fairing(vertices, faces), rtol=0, atol=1e-8)
+    assert np.isfinite(taubin_fairing(vertices * [1.0, 1e-12, 1e-12], faces)).all()
 
 
 def test_points_by_place_lie_near_their_neighbours() -> None:
