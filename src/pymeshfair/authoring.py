@@ -172,17 +172,8 @@ def run(
     chosen = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe.load(recipe)
     chosen.set(*([set] if isinstance(set, str) else set), **(settings or {}))
     further = tuple(map(Path, [others] if isinstance(others, str | os.PathLike) else others))
-    changed_meanings = (str(change) for change in chosen.changes if not change.same_meaning)
-    order = job.Job(
-        named.Recipe(chosen.name, chosen.script, chosen.changes),
-        Path(input),
-        Path(output),
-        others=further,
-        overwrite=overwrite,
-        timeout=timeout,
-        overrides=chosen.overrides,
-        measures=measures,
-        unit=unit,
-        warnings=(*changed_meanings, *warnings.script_warnings(chosen.script, layers=1 + len(further))),
-    )
-    return supervise.run_job(order, on_event)
+    told = [str(change) for change in chosen.changes if not change.same_meaning]
+    told += warnings.script_warnings(chosen.script, layers=1 + len(further))
+    fields: dict[str, Any] = {"overrides": chosen.overrides, "warnings": tuple(told), "measures": measures, "unit": unit}
+    given = named.Recipe(chosen.name, chosen.script, chosen.changes), Path(input), Path(output), further, overwrite, timeout
+    return supervise.run_job(job.Job(*given, **fields), on_event)
