@@ -277,11 +277,11 @@ def test_moving_vertices_of_a_mesh_leaves_no_attribute() -> None:
         ({"face_scalars": np.zeros(4)}, r"this mesh needs \(2,\)"),
         (
             {"new_layers": (NewLayer(label="far", vertices=np.array([[0.0, 0, 0], [0, np.nan, 0]])),)},
-            r"vertices with NaN or infinity in 1 of 2 rows, first in row 1 \(of the new layer 'far'\)",
+            "vertices of the new layer 'far' with NaN or infinity in 1 of 2 rows, first in row 1",
         ),
         (
             {"new_layers": (NewLayer(label="far", vertices=np.eye(3), vertex_scalars=np.zeros(2)),)},
-            r"vertex_scalars of shape \(2,\); this mesh needs \(3,\) \(of the new layer 'far'\)",
+            r"vertex_scalars of the new layer 'far' of shape \(2,\); this mesh needs \(3,\)",
         ),
     ],
 )
