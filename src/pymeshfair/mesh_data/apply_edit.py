@@ -168,8 +168,7 @@ def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
     numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
     candidates = [finite & (numbers == number) for number in np.unique(numbers)]
     added_vertices = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
-    counts = [np.isin(added_vertices, mesh.faces[mask]).sum() + mask.any() for mask in candidates]
-    best = candidates[int(np.argmax(counts))]
+    best = max(candidates, key=lambda mask: int(np.isin(added_vertices, mesh.faces[mask]).sum()) + bool(mask.any()))
     return best if best.any() else everywhere
 
 

@@ -102,14 +102,15 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
     recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
         return Verification("recipe changed", (differs,))
-    now, options = versions(), record.get("options", {})
-    given: dict[str, Any] = {name: bool(options.get(name)) for name in ("allow_outside", "unchecked", "own_texture_names")}
+    now, options = versions(), {name for name, value in record.get("options", {}).items() if value}
     job = Job(
         recipe,
         Path(source["path"]),
         again,
         others=tuple(Path(other["path"]) for other in source.get("others", ())),
-        **given,
+        allow_outside="allow_outside" in options,
+        unchecked="unchecked" in options,
+        own_texture_names="own_texture_names" in options,
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
