@@ -234,7 +234,7 @@ class NormalisedMesh:
         """Returns (n, 3) the vertices, each moved like its point; the (k, 3) `points` are the new places of the points.
 
         Coordinates that do not move keep every bit. Coordinates that move are rounded only once, even far from the origin. Raises
-        `FilterInputError` as `check_far` does, and if a point has moved by more than `FURTHEST` diagonals or is not finite.
+        `FilterInputError` if a point has moved by more than `FURTHEST` diagonals or is not finite.
         """
         result = np.empty_like(self.vertices) if len(self) == len(self.vertices) else self.vertices.copy()
         with threads_for(len(points)):
@@ -242,7 +242,6 @@ class NormalisedMesh:
             furthest, squares = np.zeros(blocks, dtype=np.int64), np.zeros(blocks)
             _restore(self.vertices, self.middle, self.scale, self._listed, points, result, furthest, squares)
         if len(points) and not self.is_part:
-            self.check_far()
             block = int(squares.argmax())  # the first NaN, if there is one
             refuse_spike(int(furthest[block]), math.sqrt(squares[block]), self.diagonal, self.order)
         return result

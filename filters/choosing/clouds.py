@@ -87,7 +87,6 @@ def chosen_projection(
     coordinates = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
     cloud = normalised_mesh(coordinates, np.empty((0, 3), dtype=np.int32), movable)
-    cloud.check_far()
     sampled = _sampled(cloud)
     if sampled is None:
         return None

@@ -55,7 +55,6 @@ def automatic_choice(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
-    mesh.check_far()
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
     # 1. Correlated noise, unless the coordinates are rounded: `setting_of_rounded` below needs the setting of steps 2 to 5.
