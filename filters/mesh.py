@@ -98,13 +98,15 @@ def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_ver
     return np.ascontiguousarray(cells, dtype=np.int32)
 
 
-def check_points(vertices: ArrayLike) -> Floats:
-    """Returns the points as (n, 3) float64, checked like the vertices of `check_mesh`."""
+def check_points(
+    vertices: ArrayLike, one: str = "vertex", several: str = "vertices", remedy: str = "remove these vertices first"
+) -> Floats:
+    """Returns the rows as (n, 3) float64, checked like the vertices of `check_mesh`; messages use the words."""
     raw = np.asarray(vertices)
     if raw.size == 0:
         return np.empty((0, 3))
     if raw.ndim != 2 or raw.shape[1] != 3 or raw.dtype.kind not in "fiu":
-        raise FilterInputError(f"vertices must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
+        raise FilterInputError(f"{several} must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
     points = np.ascontiguousarray(raw, dtype=np.float64)
     if len(points) > np.iinfo(np.int32).max:
         raise FilterInputError(f"{len(points)} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
@@ -112,8 +114,8 @@ def check_points(vertices: ArrayLike) -> Floats:
         bad = ~np.isfinite(points).all(axis=1)
         first = int(bad.argmax())
         raise FilterInputError(
-            f"vertex {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} vertices have a coordinate that is "
-            "not finite; remove these vertices first"
+            f"{one} {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} {several} have a coordinate that is "
+            f"not finite; {remedy}"
         )
     return points
 
@@ -161,28 +163,19 @@ class NormalisedMesh:
     Point k is ``(vertices[order[k]] - middle) * scale``. Unused vertices have no point: wherever they lie, they change no bit of
     the result. Squares and fourth powers of the points' distances do not overflow, and sums over a mesh far from the origin lose
     no digits.
-
-    Attributes:
-        vertices: (n, 3) the vertices as they came in.
-        middle: (3,) the middle of the box of the used vertices.
-        scale: a power of two that brings the longest side of that box to between 1/2 and 1.
-        order: (k,) the vertex of each point; None if the points are all vertices in the given order.
-        cells_in_vertices: (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point.
-        movable_vertices: (n,) which vertices may move; None for all.
-        diagonal: the diagonal of the points' bounding box, 0 without points.
-        has_sorted_cells: whether the cells are roughly sorted by their lowest point number; else in the order of the input.
-        is_part: whether a larger mesh around this part gave `middle`, `scale`, `diagonal`; `restored` then checks nothing.
     """
 
-    vertices: Floats
-    middle: Floats
-    scale: float
-    order: Ints | None
-    cells_in_vertices: Ints
-    movable_vertices: Bools | None
-    diagonal: float
-    has_sorted_cells: bool = False
-    is_part: bool = False
+    vertices: Floats  # (n, 3) the vertices as they came in
+    middle: Floats  # (3,) the middle of the box of the used vertices
+    scale: float  # a power of two that brings the longest side of that box to between 1/2 and 1
+    order: Ints | None  # (k,) the vertex of each point; None if the points are all vertices in the given order
+    cells_in_vertices: Ints  # (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point
+    movable_vertices: Bools | None  # (n,) which vertices may move; None for all
+    diagonal: float  # the diagonal of the points' bounding box, 0 without points
+    has_sorted_cells: bool = (
+        False  # whether cells are roughly sorted by their lowest point number; else in the order of the input
+    )
+    is_part: bool = False  # whether a larger mesh around it gave `middle`, `scale`, `diagonal`; `restored` then checks nothing
 
     @cached_property
     def points(self) -> Floats:
@@ -240,13 +233,10 @@ class NormalisedMesh:
     def restored(self, points: Floats) -> Floats:
         """Returns (n, 3) the vertices, each moved like its point; the (k, 3) `points` are the new places of the points.
 
-        Coordinates that do not move keep every bit. Coordinates that move are rounded only once, even far from the origin.
-
-        Raises:
-            FilterInputError: a point has moved by more than `FURTHEST` diagonals, or is not finite.
+        Coordinates that do not move keep every bit. Coordinates that move are rounded only once, even far from the origin. Raises
+        `FilterInputError` if a point has moved by more than `FURTHEST` diagonals or is not finite.
         """
-        everything_moves = len(self) == len(self.vertices)
-        result = np.empty_like(self.vertices) if everything_moves else self.vertices.copy()
+        result = np.empty_like(self.vertices) if len(self) == len(self.vertices) else self.vertices.copy()
         with threads_for(len(points)):
             blocks = -(-len(points) // _BLOCK)
             furthest, squares = np.zeros(blocks, dtype=np.int64), np.zeros(blocks)
@@ -255,6 +245,26 @@ class NormalisedMesh:
             block = int(squares.argmax())  # the first NaN, if there is one
             refuse_spike(int(furthest[block]), math.sqrt(squares[block]), self.diagonal, self.order)
         return result
+
+    def check_far(self) -> None:
+        """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
+
+        Rounded by u, an edge e between vertices v has e / (u |v|) units in the last place; between points p, e / (u |p|). That is
+        less than half of the digits if e |v| < u |p|^2. The edges of a cloud are those between points that follow each other.
+        """
+        cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
+        chosen = np.arange(0, count, max(1, count // _SAMPLE))
+        corners = self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]] * self.scale
+        before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - self.middle * self.scale))
+        edges = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
+        lost = edges * before[:, None] < np.finfo(float).eps / 2 * after[:, None] ** 2
+        if 4 * np.count_nonzero(lost & (edges > 0.0)) > np.count_nonzero(edges):
+            near = np.median(corners.reshape(-1, 3), axis=0)
+            i = int(self.used[np.abs(self.vertices[self.used] * self.scale - near).max(axis=1).argmax()])
+            raise FilterInputError(
+                f"vertex {i} at {self.vertices[i].tolist()} is so far from the others that the edges between them lose more than "
+                "half of their digits: remove it first, and others like it"
+            )
 
     @property
     def _listed(self) -> Ints:
@@ -270,11 +280,8 @@ def normalised_mesh(
         vertices: (n, 3) coordinates.
         cells: (m, 3) triangles or (e, 2) edges. A cell that names a vertex twice uses no vertex. Without cells the vertices are a
             point cloud, and all have a point.
-        movable: (n,) bool, which vertices may move; None for all.
+        movable: (n,) bool, which vertices may move; None for all. Anything else is a `FilterInputError`.
         whole: the properties of the mesh of which this mesh is a part; None if this mesh is complete.
-
-    Raises:
-        FilterInputError: `movable` is not a truth value for every vertex.
     """
     mask = None if movable is None else check_movable(movable, len(vertices))
     order = None
@@ -286,10 +293,7 @@ def normalised_mesh(
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
         return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask, 0.0)
-    if whole is None:
-        low, high = bounding_box(vertices if order is None else vertices[order])
-    else:
-        low, high = whole.low, whole.high
+    low, high = bounding_box(vertices if order is None else vertices[order]) if whole is None else (whole.low, whole.high)
     middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
     diagonal = float(np.linalg.norm((high - middle) * scale - (low - middle) * scale))
     return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal, is_part=whole is not None)
@@ -370,13 +374,10 @@ def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
 
 
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
-    """Refuses a result in which a vertex has moved by more than `FURTHEST` diagonals: a spike.
+    """Raises `FilterInputError` if a vertex has moved by more than `FURTHEST` diagonals, which makes a spike, or is not finite.
 
     The vertices are of ordinary size. `diagonal` is the diagonal of their mesh or region; 0 allows any distance. The
     message names the vertex by the (n,) `numbers`, or by its index, and ends with the `advice`.
-
-    Raises:
-        FilterInputError: a vertex has moved too far, or is not finite.
     """
     squares = np.square(after - before).sum(axis=1)
     k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
@@ -415,10 +416,9 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
-    A sweep over a surface in this order alternates between a few rows of points, and reads each row from its start to its end. In
-    a breadth-first order sweeps would be a quarter faster, but the search for it takes longer: it jumps about in memory.
-
-    The points are of ordinary size, and there is at least one triangle.
+    The points are of ordinary size, with at least one triangle. A sweep over a surface in this order alternates between a few
+    rows of points, and reads each row from its start to its end. In a breadth-first order sweeps would be a quarter faster, but
+    the search for it takes longer: it jumps about in memory.
     """
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
     starts = points[sample[:, 0]]

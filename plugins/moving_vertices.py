@@ -12,7 +12,7 @@ from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
 from pymeshfair.filters.denoising import unfolded
 from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.mesh import Bools, Floats, Ints
+from pymeshfair.filters.mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from pymeshfair.filters.topology import BorderPolicy
 
 #: the elements that change when the vertices of a mesh move
@@ -117,7 +117,8 @@ def squared_mean_edge(layer: Layer) -> float:
 
 
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:
-    """(n,) which vertices a filter may move; None for all."""
+    """(n,) which vertices a filter may move; None for all. Refuses a far vertex by `NormalisedMesh.check_far`."""
+    normalised_mesh(check_points(layer.vertices), layer.faces if len(layer.faces) else layer.edges).check_far()
     return layer.selected_vertices() if selected else None
 
 

@@ -134,6 +134,8 @@ def test_limits_are_set_and_kept(tmp_path: Path) -> None:
         recipe.limit(max_displacment="1%")
     with pytest.raises(ParameterError, match="max_volume_change 'much' is no percentage"):
         recipe.limit(max_volume_change="much")
+    with pytest.raises(ParameterError, match=r"^max_displacement is 5: write a text, such as '1%'$"):
+        recipe.limit(max_displacement=5)  # type: ignore[arg-type]
     ball().save_current_mesh(str(tmp_path / "ball.ply"))
     with pytest.raises(GuardBroken, match="max_displacement"):
         recipe.run(tmp_path / "ball.ply", tmp_path / "out.ply")

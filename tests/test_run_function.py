@@ -32,6 +32,21 @@ def test_a_file_goes_through_a_recipe_with_its_settings_and_record(tmp_path: Pat
     assert again.record["output"]["sha256"] == result.record["output"]["sha256"]
 
 
+def test_one_text_and_one_file_need_no_list(tmp_path: Path) -> None:
+    """A text in `set` is one override, and a text or a path in `others` is the file of layer 1."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
+    for name in ("ball.ply", "n.ply"):
+        meshes.save_current_mesh(str(tmp_path / name))
+    recipe = pymeshfair.Recipe("distance")
+    recipe.get_hausdorff_distance(sampledmesh=0, targetmesh=1, samplenum=10)
+    others: list[str | Path] = [str(tmp_path / "n.ply"), tmp_path / "n.ply"]
+    for number, other in enumerate(others):
+        done = pymeshfair.run(recipe, tmp_path / "ball.ply", tmp_path / f"{number}.ply", set="1.samplenum=20", others=other)
+        assert [entry["path"] for entry in done.record["input"]["others"]] == [str(tmp_path / "n.ply")]
+        assert done.record["recipe"]["overrides"] == ["1.samplenum=20"]
+
+
 def test_a_run_without_measures_writes_the_same_bytes(tmp_path: Path) -> None:
     """What is left out is said in the record; the output is the same."""
     meshes = pymeshlab.MeshSet()

@@ -165,7 +165,7 @@ def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:
     """Returns (n, 3) the normals scaled to length 1; a normal of 0 stays. Raises `FilterInputError` unless n are given."""
-    directions = check_points(normals)
+    directions = check_points(normals, "normal", "normals", "a point whose normal is 0 stays")
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one per point, got {directions.shape}")
     sizes = np.abs(directions).max(axis=1, initial=0.0, keepdims=True)

@@ -48,6 +48,7 @@ class Recipe(FilterMethods):
         self.name = name  # for messages and the records of runs
         self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
+        self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
     @classmethod
     def load(cls, name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
@@ -81,15 +82,16 @@ class Recipe(FilterMethods):
         if not -len(steps) <= step < len(steps):
             raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
         steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
-        self.script = self.script.with_steps(steps)
+        self.script = replace(self.script.with_steps(steps), path=None)
 
     def set(self, *texts: str, **settings: object) -> None:
         """Overrides values of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as on the command line."""
-        self.script = changing.override(self.script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+        texts += tuple(f"{name}={value}" for name, value in settings.items())
+        self.script, self.overrides = changing.override(self.script, texts), self.overrides + texts
 
     def limit(self, **limits: str) -> None:
         """Sets limits that a result of `run` must keep, as on the command line: ``limit(max_displacement="5%")``."""
-        self.script = replace(self.script, guards=self.script.guards.overridden(guards.Guards.parse(limits)))
+        self.script = replace(self.script, path=None, guards=self.script.guards.overridden(guards.Guards.parse(limits)))
 
     def __iter__(self) -> Iterator[Step]:
         return iter(self.script.steps)
@@ -126,8 +128,9 @@ class Recipe(FilterMethods):
         return run(self, input, output, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the recipe as an .mlx script, atomically; replaces an existing file."""
+        """Writes the recipe as an .mlx script, atomically; replaces an existing file. That is the recipe's file from then on."""
         scripts.write_script(self.script, Path(path), overwrite=True)
+        self.script, self.overrides = replace(self.script, path=Path(path).absolute()), ()
 
 
 def run(
@@ -136,8 +139,8 @@ def run(
     output: str | os.PathLike[str],
     *,
     settings: Mapping[str, object] | None = None,
-    set: Sequence[str] = (),
-    others: Sequence[str | os.PathLike[str]] = (),
+    set: str | Sequence[str] = (),
+    others: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     overwrite: bool = False,
     timeout: float | None = None,
     measures: bool = True,
@@ -154,8 +157,8 @@ def run(
         input: the mesh file.
         output: the file to write; its extension is the format. ``OUTPUT.provenance.json`` beside it is the record of the run.
         settings: values that override settings of the recipe, by name.
-        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line.
-        others: mesh files for the layers 1, 2 ... that the recipe names.
+        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one such text.
+        others: mesh files for the layers 1, 2 ... that the recipe names; or one such file.
         overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
@@ -168,20 +171,11 @@ def run(
     """
     from .running import job, supervise
 
-    chosen = recipe if isinstance(recipe, Recipe) else Recipe.load(recipe)
-    if settings or set:
-        chosen = copy.copy(chosen)
-        chosen.set(*set, **(settings or {}))
-    changed_meanings = (str(change) for change in chosen.changes if not change.same_meaning)
-    order = job.Job(
-        named.Recipe(chosen.name, chosen.script, chosen.changes),
-        Path(input),
-        Path(output),
-        others=tuple(map(Path, others)),
-        overwrite=overwrite,
-        timeout=timeout,
-        measures=measures,
-        unit=unit,
-        warnings=(*changed_meanings, *warnings.script_warnings(chosen.script, layers=1 + len(others))),
-    )
-    return supervise.run_job(order, on_event)
+    chosen = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe.load(recipe)
+    chosen.set(*([set] if isinstance(set, str) else set), **(settings or {}))
+    further = tuple(map(Path, [others] if isinstance(others, str | os.PathLike) else others))
+    told = [str(change) for change in chosen.changes if not change.same_meaning]
+    told += warnings.script_warnings(chosen.script, layers=1 + len(further))
+    fields: dict[str, Any] = {"overrides": chosen.overrides, "warnings": tuple(told), "measures": measures, "unit": unit}
+    given = named.Recipe(chosen.name, chosen.script, chosen.changes), Path(input), Path(output), further, overwrite, timeout
+    return supervise.run_job(job.Job(*given, **fields), on_event)

@@ -191,12 +191,16 @@ def test_awkward_clouds_stay_finite(name: str) -> None:
 
 
 def test_wrong_input_is_refused() -> None:
-    """Too few points, normals of another number and wrong parameters are errors that say so."""
+    """Too few points, normals of another number or not finite, and wrong parameters are errors that say so."""
     points, _ = icosphere(1)
     with pytest.raises(FilterInputError, match="60 neighbours need a cloud of at least 61 points, got 42"):
         bilateral_projection(points, neighbors=60)
     with pytest.raises(FilterInputError, match=r"normals must have the shape \(42, 3\), one per point, got \(40, 3\)"):
         bilateral_projection(points, normals=points[:40])
+    with pytest.raises(
+        FilterInputError, match=r"^normal 3 is \[nan, 0\.0, 1\.0\]: 1 of 42 normals .*; a point whose normal is 0 stays$"
+    ):
+        bilateral_projection(points, normals=np.where(np.arange(42)[:, None] == 3, [np.nan, 0.0, 1.0], points))
     with pytest.raises(FilterInputError, match=r"range_sigma is 0\.0: it must be finite and above 0"):
         bilateral_projection(points, range_sigma=0.0)
     with pytest.raises(FilterInputError, match="degree is 3: it must be a whole number from 1 to 2"):

@@ -1,9 +1,12 @@
 """The entrance of every filter of vertices."""
 
 import numpy as np
+import pymeshlab
 import pytest
 
+from pymeshfair import MeshSet
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.mesh import check_mesh, normalised_mesh
 from tests.meshes import grid, icosphere, renumbered
@@ -84,6 +87,43 @@ def test_a_stray_vertex_changes_no_measure_but_its_own(distance: float) -> None:
     assert {k: v for k, v in vars(more).items() if k not in own} == {k: v for k, v in vars(alone).items() if k not in own}
     assert more.unreferenced_vertices == 1
     assert more.diagonal == pytest.approx(np.hypot(distance + 1.0, np.sqrt(8.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("distance", [1e9, 1e16, float(np.finfo(np.float32).max), 1e300])
+def test_a_far_piece_is_refused_before_the_rest_loses_its_digits(distance: float) -> None:
+    """The far vertex of a mesh or of a cloud is named; at 1e7 it is smoothed, as is a thin needle, with half of the digits."""
+    vertices, faces = icosphere(2)
+    far = np.concatenate([vertices, [[distance, 0.0, 0.0]]])
+    spiked = np.concatenate([faces, [[0, 1, len(vertices)]]]).astype(np.int32)
+    more = np.concatenate([faces, faces + len(vertices)]).astype(np.int32)
+    for cells in (spiked, np.empty((0, 3), np.int32), spiked[:, :2]):
+        if cells.shape[1] == 2:
+            cells = np.concatenate([cells, [[0, len(vertices)]]]).astype(np.int32)
+        with pytest.raises(
+            FilterInputError, match=r"^vertex 162 at \[.*, 0\.0, 0\.0\] is so far from the others .*: remove it first"
+        ):
+            normalised_mesh(far, cells).check_far()
+    with pytest.raises(FilterInputError, match="is so far from the others"):
+        normalised_mesh(np.concatenate([vertices, 2.0 * vertices + distance]), more).check_far()
+    near = np.concatenate([vertices, 2.0 * vertices + 1e7])
+    for allowed, cells in ((near, more), (vertices * [1.0, 1e-12, 1e-12], faces), (vertices + 1e12, faces), (far, faces)):
+        normalised_mesh(allowed, cells).check_far()
+    smoothed = taubin_fairing(near, more)[: len(vertices)]
+    np.testing.assert_allclose(smoothed, taubin_fairing(vertices, faces), rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "name", ["apply_coord_taubin_fairing", "apply_coord_implicit_fairing", "apply_coord_bilateral_projection_of_points"]
+)
+def test_filters_that_move_vertices_name_the_far_one(name: str) -> None:
+    """So it is with automatic values, too, where a point at the largest float marks what a scanner did not see."""
+    vertices, faces = icosphere(2)
+    far = np.concatenate([vertices, [[float(np.finfo(np.float32).max), 0.0, 0.0]]])
+    meshes = MeshSet()
+    cells = np.empty((0, 3)) if name.endswith("points") else np.concatenate([faces, [[0, 1, 162]]])
+    meshes.add_mesh(pymeshlab.Mesh(far, cells.astype(np.int32)))
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"vertex 162 at .* is so far from the others"):
+        meshes.apply_filter(name)
 
 
 def test_points_by_place_lie_near_their_neighbours() -> None:

@@ -275,6 +275,14 @@ def test_moving_vertices_of_a_mesh_leaves_no_attribute() -> None:
         ({"vertex_colors": np.full((4, 4), 2.0)}, "outside 0 to 1, from 2 to 2"),
         ({"vertices": np.array([["x"] * 3] * 4)}, "of type <U1; they must be float64"),
         ({"face_scalars": np.zeros(4)}, r"this mesh needs \(2,\)"),
+        (
+            {"new_layers": (NewLayer(label="far", vertices=np.array([[0.0, 0, 0], [0, np.nan, 0]])),)},
+            "vertices of the new layer 'far' with NaN or infinity in 1 of 2 rows, first in row 1",
+        ),
+        (
+            {"new_layers": (NewLayer(label="far", vertices=np.eye(3), vertex_scalars=np.zeros(2)),)},
+            r"vertex_scalars of the new layer 'far' of shape \(2,\); this mesh needs \(3,\)",
+        ),
     ],
 )
 def test_a_result_that_does_not_fit_is_refused(edit: dict[str, Any], message: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair import MeshSet
+from pymeshfair import MeshSet, Recipe, run
 from pymeshfair.commands.run import EXIT_CODES
 from pymeshfair.files.errors import VerifyError
 from pymeshfair.files.provenance import described_file, provenance_path
@@ -196,6 +196,38 @@ def test_a_shipped_recipe_needs_no_file(tmp_path: Path) -> None:
     record["recipe"]["file"] = "/elsewhere/site-packages/pymeshfair/mlx_scripts/smooth_taubin.mlx"
     _rewritten(record, output)
     assert verify_output(output).verdict == "identical"
+
+
+def test_a_run_of_python_is_that_of_the_command_line(tmp_path: Path) -> None:
+    """Values that Python sets are in the record, by setting and by step, of a shipped recipe and of a file: it is repeated."""
+    (tmp_path / "own.mlx").write_text(_SCRIPT.format("Taubin Smooth"))
+    runs = {
+        "settings": run("smooth_implicit", BONE, tmp_path / "settings.ply", settings={"detail_size": "8edge"}),
+        "set": run(tmp_path / "own.mlx", BONE, tmp_path / "set.ply", set=["1.stepSmoothNum=3"]),
+    }
+    assert [done.record["recipe"]["overrides"] for done in runs.values()] == [["detail_size=8edge"], ["1.stepSmoothNum=3"]]
+    assert [verify_output(done.output).verdict for done in runs.values()] == ["identical"] * 2
+    assert invoke("run", "smooth_implicit", BONE, "-o", tmp_path / "x.ply", "--set", "detail_size=8edge").exit_code == 0
+    of_command = json.loads(provenance_path(tmp_path / "x.ply").read_text())
+    assert of_command["warnings"] == list(runs["settings"].warnings)
+
+
+def test_a_changed_recipe_of_python_has_no_file_until_it_is_saved(tmp_path: Path) -> None:
+    """With another step, tag or limit it is not the file's, which is said with what to do; saved, it is that of the new file."""
+    changes: list[Callable[[Recipe], object]] = [
+        lambda recipe: recipe.apply_coord_taubin_fairing(iterations=2),
+        lambda recipe: recipe.tag("first"),
+        lambda recipe: recipe.limit(max_displacement="50%"),
+    ]
+    for change in changes:
+        recipe = Recipe.load("smooth_taubin")
+        change(recipe)
+        assert recipe.script.path is None
+    found = verify_output(recipe.run(BONE, tmp_path / "out.ply").output)
+    assert found.findings == ("the recipe was not in a file: --recorded repeats the run with the one in the provenance",)
+    recipe.set("1.stepSmoothNum=3")
+    recipe.save(tmp_path / "own.mlx")
+    assert verify_output(recipe.run(BONE, tmp_path / "saved.ply").output).verdict == "identical"
 
 
 @pytest.mark.parametrize("option", ["--allow-outside", "--unchecked"])

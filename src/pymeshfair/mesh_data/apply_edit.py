@@ -48,7 +48,14 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
         if value is not None and name not in changes:
             per_face = name == "delete_faces" or name.startswith("face_")
             changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
-    return replace(edit, **changes)
+    return replace(edit, **changes, new_layers=tuple(map(_checked_layer, edit.new_layers)))
+
+
+def _checked_layer(layer: NewLayer) -> NewLayer:
+    rows, of = len(np.atleast_1d(layer.vertices)), f" of the new layer {layer.label!r}"
+    given = [name for name in ("vertices", "vertex_normals", "vertex_scalars") if getattr(layer, name) is not None]
+    arrays: dict[str, Any] = {name: _checked(name, getattr(layer, name), rows, of) for name in given}
+    return replace(layer, **arrays)
 
 
 def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
@@ -64,21 +71,21 @@ def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
     return faces.astype(np.int32, copy=False)
 
 
-def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
-    """Returns an array of an edit in its declared type; refuses a wrong type, shape or value."""
+def _checked(name: str, value: Any, rows: int, of: str = "") -> NDArray[Any]:
+    """Returns an array of an edit, or `of` its new layer, in its declared type; refuses a wrong type, shape or value."""
     dtype = np.bool_ if name in _FLAGS else np.float64
     array = np.asarray(value)
     if array.dtype != dtype and (name in _FLAGS or not np.issubdtype(array.dtype, np.number)):
-        raise MeshError(f"gave back {name} of type {array.dtype}; they must be {np.dtype(dtype)}")
+        raise MeshError(f"gave back {name}{of} of type {array.dtype}; they must be {np.dtype(dtype)}")
     array = array.astype(dtype, copy=False)
     shape = (rows, _WIDTHS[name]) if name in _WIDTHS else (rows,)
     if array.shape != shape:
-        raise MeshError(f"gave back {name} of shape {array.shape}; this mesh needs {shape}")
+        raise MeshError(f"gave back {name}{of} of shape {array.shape}; this mesh needs {shape}")
     if name in _NUMBERS and not np.isfinite(array).all():
         bad = ~np.isfinite(array.reshape(rows, -1)).all(axis=1)
-        raise MeshError(f"gave back {name} with NaN or infinity in {int(bad.sum())} of {rows} rows, first in row {bad.argmax()}")
+        raise MeshError(f"gave back {name}{of} with NaN or infinity in {bad.sum()} of {rows} rows, first in row {bad.argmax()}")
     if name.endswith("colors") and not ((array >= 0.0) & (array <= 1.0)).all():
-        raise MeshError(f"gave back {name} outside 0 to 1, from {array.min():g} to {array.max():g}")
+        raise MeshError(f"gave back {name}{of} outside 0 to 1, from {array.min():g} to {array.max():g}")
     return array
 
 
@@ -111,9 +118,8 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
     """Returns the mesh with other coordinates. If it has faces, normals are computed anew when needed."""
-    if not len(mesh.faces):
-        return replace(mesh, vertices=vertices)
-    return replace(mesh.with_attributes({"normals": None}, {"normals": None}), vertices=vertices)
+    unlit = mesh.with_attributes({"normals": None}, {"normals": None}) if len(mesh.faces) else mesh
+    return replace(unlit, vertices=vertices)
 
 
 def as_layer(layer: NewLayer) -> MeshData:
@@ -162,8 +168,7 @@ def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
     numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
     candidates = [finite & (numbers == number) for number in np.unique(numbers)]
     added_vertices = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
-    counts = [np.isin(added_vertices, mesh.faces[mask]).sum() + mask.any() for mask in candidates]
-    best = candidates[int(np.argmax(counts))]
+    best = max(candidates, key=lambda mask: int(np.isin(added_vertices, mesh.faces[mask]).sum()) + bool(mask.any()))
     return best if best.any() else everywhere
 
 
@@ -186,8 +191,7 @@ def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":
-            is_used = np.zeros(len(mesh.vertices), dtype=np.bool_)
-            is_used[mesh.faces] = True
+            is_used = np.isin(np.arange(len(mesh.vertices)), mesh.faces)
             shades = values / 255.0
             blend = _blend(shades, mesh.faces, added_faces, is_used, shades[of_faces])
             face[name] = as_levels(np.concatenate([shades, blend]))
@@ -250,8 +254,7 @@ def _continued_texture(
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
-    near = np.zeros(old, dtype=np.bool_)
-    near[added_faces[added_faces < old]] = True
+    near = np.isin(np.arange(old), added_faces)
     for _ in range(_RINGS - 1):
         near[faces[near[faces].any(axis=1)]] = True
     donor_faces = np.flatnonzero(near[faces].any(axis=1) & may_donate)
@@ -259,8 +262,7 @@ def _continued_texture(
         return np.asarray(centroids[donors])
     samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
     mean = samples.mean(axis=1)
-    is_used = np.zeros(old, dtype=np.bool_)
-    is_used[faces[donor_faces]] = True
+    is_used = np.isin(np.arange(old), faces[donor_faces])
     nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
     # Three more coordinates are half the contrast of each channel: among similar faces, those of uniform colour are preferred.
@@ -272,17 +274,15 @@ def _continued_texture(
 def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
     """Returns (b, k) values for added faces: continued from the `fixed` vertices, which have the mean of faces around them."""
     count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
-    sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
+    spread = of_faces
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean
-        at_vertices = sums / np.maximum(number, 1.0)[:, None]
-        spread = of_faces if not number.any() else at_vertices[faces].mean(axis=1)
-        sums, number = np.zeros_like(sums), np.zeros_like(number)
+        sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
         for corner in faces.T:
             np.add.at(sums, corner, spread)
             np.add.at(number, corner, 1.0)
-    values = sums / np.maximum(number, 1.0)[:, None]
-    held = np.zeros(count, dtype=np.bool_)
-    held[: len(fixed)] = fixed
+        values = sums / np.maximum(number, 1.0)[:, None]
+        spread = values[faces].mean(axis=1)
+    held = np.pad(fixed, (0, count - len(fixed)))
     values[~held] = np.nan
     corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
     return np.where(np.isfinite(corners), corners, fallback)

@@ -156,7 +156,7 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
         return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is different", ""
     if entry["file"] is None:
-        return recipe, "the recipe was not in a file, so the one in the provenance cannot be compared with a file", ""
+        return recipe, "the recipe was not in a file: --recorded repeats the run with the one in the provenance", ""
     file = Path(entry["file"])
     shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
     is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))

@@ -90,7 +90,7 @@ def _step_index(steps: Sequence[Step], name: str) -> int:
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
-    """The script with one more step; `values` may hold settings, which become settings of the script."""
+    """The script, no longer that of a file, with one more step; settings in `values` become settings of the script."""
     used = {name: value for name, value in values.items() if isinstance(value, Setting)}
     checked = declared.check({**values, **_parsed(declared, {name: setting.default for name, setting in used.items()})})
     check_expressions(declared, checked)
@@ -100,4 +100,4 @@ def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Sc
             default = settings[new.name].default
             raise ParameterError(f"the recipe has another setting {new.name!r} already, whose default is {default}")
     step = Step(declared, checked, settings={name: setting.name for name, setting in used.items()})
-    return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()))
+    return replace(script, steps=(*script.steps, step), settings=tuple(settings.values()), path=None)

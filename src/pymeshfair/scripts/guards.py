@@ -123,10 +123,13 @@ class Guards:
         return self != NO_GUARDS
 
     @classmethod
-    def parse(cls, texts: Mapping[str, str]) -> Guards:
+    def parse(cls, texts: Mapping[str, Any]) -> Guards:
         """Parses limits from texts by field name; raises `ParameterError` for an unknown name or a wrong text."""
-        for name in texts.keys() - ATTRIBUTES.keys():
-            raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
+        for name, text in texts.items():
+            if name not in ATTRIBUTES:
+                raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
+            if not isinstance(text, str):
+                raise ParameterError(f"{name} is {text!r}: write a text, such as {'watertight' if name == 'require' else '1%'!r}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
         return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
