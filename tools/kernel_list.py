@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from loaded_kernels import loaded_kernels
 
 from pymeshfair.commands.run import sample_scan
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import save_mesh
-from pymeshfair.filters.compilation import kernel, loaded_kernels
+from pymeshfair.filters.compilation import kernel
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 from pymeshfair.looking.comparison import compare, state_of

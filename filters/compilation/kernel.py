@@ -4,8 +4,7 @@ The name of the stored file contains a hash of the function's code and of all fu
 cache checks only the file of the function, and misses changes of functions and constants imported from other files.
 
 ``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
-The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahead in several processes.
-``tools/generate.py kernels`` runs the recipes and filters, and writes the list.
+The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahead; ``tools/generate.py kernels`` writes the list.
 """
 
 import hashlib
@@ -261,15 +260,6 @@ def single_thread() -> Iterator[None]:
         yield
     finally:
         set_threads(before)
-
-
-def loaded_kernels(package: str) -> Iterator[tuple[str, str, Kernel]]:
-    """Yields the module name, the name and the kernel of every kernel in the loaded modules of a package."""
-    for module_name, module in list(sys.modules.items()):
-        if module_name.startswith(f"{package}."):
-            for name, value in list(vars(module).items()):
-                if isinstance(value, Kernel) and value.__module__ == module_name:
-                    yield module_name, name, value
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ A cloud that does not fit into memory is cut into cells, each with a bounding bo
 been compared with each other; this module compares them with the points of other cells. Neighbours are ordered as in
 `nearest_neighbours`: by squared distance, then by number. Rounding is monotonic. So the computed distance to a point in a box
 is at least the computed distance to the box, and at most the one to its farthest corner: no cell with a neighbour is left out.
-
 The boxes form a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, and the last level has the cells.
 """
 

@@ -1,7 +1,6 @@
 """Finds the exact nearest neighbours of each point of a cloud by a balanced k-d tree [friedman1977], built on all cores.
 
 The trees of SciPy and pykdtree do not order points at the same distance and are slower; docs/solvers.md has the times.
-
 The points of a node are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that
 the tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves,
 its children cover the two halves of the range, and every leaf but the last is full.

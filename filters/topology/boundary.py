@@ -2,7 +2,7 @@
 
 A loop has the direction of the faces that would close it. At a vertex with several fans of faces, the border goes from each fan
 to the next one round the vertex. So two holes that share a vertex have two loops. A loop passes a vertex twice if, for example,
-this vertex alone attaches a part of the surface to the rest. A polygon that closes the loop then joins the fans at the vertex.
+this vertex alone attaches a part of the surface to the rest.
 """
 
 from collections import defaultdict

@@ -2,8 +2,6 @@
 
 A proper face has three different vertices. All other faces are ignored: they have no edges and belong to no vertex. A border edge
 has exactly one face, a non-manifold edge has more than two.
-
-Flips update two tables: the vertices of each face, and the faces across its edges; edge k goes from corner k to the next.
 """
 
 from collections.abc import Callable

@@ -18,13 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from loaded_kernels import loaded_kernels
 
 from pymeshfair.filters import geometry
 from pymeshfair.filters.compilation import (
     compile_ahead,
     compiled,
     listed_signatures,
-    loaded_kernels,
     machine_code,
     processor,
 )
@@ -319,12 +319,12 @@ def test_an_array_that_a_kernel_made_lives_as_long_as_it_is_used() -> None:
 def test_the_list_has_what_common_filters_use() -> None:
     """Smoothing and measuring a mesh takes no kernel, and none for other types, than are compiled ahead."""
     program = (
-        "import json, numpy as np; from pymeshfair.filters.compilation import loaded_kernels;"
+        "import json, numpy as np; from loaded_kernels import loaded_kernels;"
         "from pymeshfair.filters.inspection import surface_measures; from pymeshfair.filters.diffusion import taubin_fairing;"
         "from tests.meshes import icosphere; v, f = icosphere(2); taubin_fairing(v, f); surface_measures(v, f);"
         "print(json.dumps([(m, name, list(kernel.code)) for m, name, kernel in loaded_kernels('pymeshfair')]))"
     )
-    done = run({"PYTHONPATH": str(PROJECT)}, "-c", program)
+    done = run({"PYTHONPATH": os.pathsep.join(map(str, (PROJECT, PROJECT / "tools")))}, "-c", program)
     assert done.returncode == 0, done.stderr
     listed, missing = listed_signatures(), []
     for module, name, signatures in json.loads(done.stdout):

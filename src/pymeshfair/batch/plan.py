@@ -63,9 +63,7 @@ def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[
         else:
             kept.append(scan)
     if dropped and not kept:
-        raise ParameterError(
-            f"the scans lie in the folder of outputs, {folder}, so that none is left; give outputs another folder"
-        )
+        raise ParameterError(f"the scans lie in the folder of outputs, {folder}: give outputs another folder")
     return kept, dropped
 
 

@@ -2,7 +2,6 @@
 
 An existing file is replaced on request, or if a run with the same input, recipe and layers wrote it and it was not changed since.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
-
 A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder. The next
 run that writes beside the folder removes it if its lock is free. On a system without locks users remove such folders.
 The folder of a run by tiles may hold hours of work, so only a run by tiles to the same output, or `doctor`, removes it.

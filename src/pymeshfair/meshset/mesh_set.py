@@ -41,8 +41,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     faces. So the ids of later layers skip numbers. Scripts number the layers without these gaps.
 
     Attributes:
-        on_progress: called with the share of the work that is done, from 0 to 1, while a plugin's filter works; may raise to stop
-            the filter.
+        on_progress: called with the share of work done, from 0 to 1, while a plugin's filter works; may raise to stop the filter.
         on_note: called with each sentence that a filter has for the user; None sends them to the logger ``pymeshfair``.
     """
 

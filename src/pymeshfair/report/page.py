@@ -1,8 +1,7 @@
 """HTML pages that need no network: pictures, charts, sections and meshes are embedded, and only their own scripts may run.
 
 Parts of a page are macros in ``templates/parts.html``; `render` fills a template that imports them. The template engine escapes
-every text, so that the name of a scan cannot contain active HTML. Charts are SVG, each with a table of its numbers for screen
-readers and searches.
+every text, so that the name of a scan cannot contain active HTML.
 """
 
 from __future__ import annotations

@@ -55,8 +55,7 @@ def verify_output(
     """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
 
     The provenance may come from a stranger. So the recipe in the provenance must equal the shipped recipe or the recipe's file,
-    unless `recorded` is True. The options that weaken the checks of a run, `allow_outside` and `unchecked`, must be
-    given again.
+    unless `recorded` is True. `allow_outside` and `unchecked`, which weaken the checks of a run, must be given again.
 
     Raises:
         VerifyError: the output has no provenance, or one that cannot be understood.

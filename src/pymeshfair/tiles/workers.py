@@ -1,8 +1,7 @@
 """Does the tasks of a run by tiles, in processes of this machine or on the workers of a dask scheduler.
 
 The temporary files of a run are in a folder, with a journal of finished tasks. The same run has the same tasks in the same order,
-so a resumed run takes the results of finished tasks from the journal, finds their files in the folder, and does only the
-other tasks.
+so a resumed run takes the results of finished tasks from the journal, and does only the other tasks.
 """
 
 import contextlib
