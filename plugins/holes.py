@@ -5,8 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
-from pymeshfair.errors import point_text
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter, point_text
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, close_holes
 from pymeshfair.filters.topology import non_manifold_edges

@@ -26,7 +26,7 @@ FOLDERS = {
 }
 #: from the ground up: a part of the host imports parts of a lower floor or of its own part
 FLOORS = [
-    {"errors", "garbage", "operating_system"},
+    {"errors", "garbage", "operating_system", "places"},
     {"declaration", "processes"},
     {"mesh_data", "meshlab"},
     {"calling", "files", "registry", "write_back"},

@@ -2,8 +2,7 @@
 
 Installed code lies beside this module, other code in the user's cache folder, both in a subfolder `platform_name`. The file name
 has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This module loads
-the extension modules by their paths, and llvmlite links the code with their functions. Parallel kernels use OpenMP threads
-through an extension module of numba; without OpenMP they use numba's own threads.
+the extension modules by their paths, and llvmlite links the code with their functions.
 """
 
 import builtins

@@ -2,10 +2,8 @@
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
 All responses combine profiles exp(-ln 2 (omega / omega_c)^(2 n)) with one or two cutoffs omega_c. Diffusion of order n has this
-profile after the time that halves the amplitude at omega_c. A profile is as flat at 0 as the rational function
-1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate by polynomials. It falls faster and so needs fewer eigenvectors: at
-n = 2 it is below 1e-6 beyond 2.12 omega_c, where the rational function is still 5 %. The default n = 2 is the lowest order that
-is flatter at 0 than ordinary diffusion. Higher orders are closer to an ideal cutoff, ring more and cost more.
+profile after the time that halves the amplitude at omega_c. A profile is as flat at 0 as 1 / (1 + (omega / omega_c)^(2 n)), and
+falls faster, so that it needs fewer eigenvectors. The default n = 2 is the lowest order that is flatter at 0 than diffusion.
 """
 
 from __future__ import annotations

@@ -35,11 +35,6 @@ def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
     return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
 
 
-def point_text(point: Iterable[float]) -> str:
-    """The coordinates of a point, with more digits far from the origin, where points differ in the last ones."""
-    return ", ".join(f"{c:.{6 if abs(c) < 1000.0 else 9}g}" for c in point)
-
-
 class UnknownNameError(PymeshfairError, LookupError):
     """A filter, parameter, choice or recipe of the given name does not exist."""
 

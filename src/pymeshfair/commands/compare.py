@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from ..errors import MeshError, point_text
 from ..looking.words import area_table, comparison_lines, distance_table, verdict_text
+from ..places import point_text
 from . import options
 from .streams import STANDARD, check_text, plain, print_document, print_lines, save_text, say, warn
 
@@ -120,6 +120,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     """The second mesh, turned and moved onto the first, and the numbers of this alignment."""
     from dataclasses import replace
 
+    from ..errors import MeshError
     from ..filters.inspection import Surface, align
     from ..filters.mesh import bounding_box
     from ..mesh_data import moved

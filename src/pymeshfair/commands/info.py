@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument
 
-from ..errors import UnknownNameError, point_text
 from ..looking.words import counted
+from ..places import point_text
 from .group import Command
 from .options import AllowOutside, Json, Unchecked
 from .streams import print_document, print_lines, say, show, warn
@@ -111,6 +111,7 @@ def info(
         show({"recipe": recipe_document(recipe)}, recipe_page(recipe), json=json)
         return
     from ..declaration import nearest
+    from ..errors import UnknownNameError
     from ..registry import all_filters, find_filter
 
     try:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError, hint
 from ..errors import nearest as nearest
+from ..places import point_text as point_text
 from .parameters import AUTO as AUTO
 from .parameters import Bool as Bool
 from .parameters import Color as Color

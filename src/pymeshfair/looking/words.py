@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..errors import point_text
+from ..places import point_text
 
 if TYPE_CHECKING:
     from .comparison import Comparison, Deviation, LengthIn
@@ -74,7 +74,8 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     elif moved:
         length = f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)}"
         if moved["edges"] is not None:
-            length = f"{moved['mean_edges']:.2g} {_relative_unit(change)} on average, {moved['edges']:.2g}"
+            of = "spacings" if change["area"] is None else "edges"  # clouds have no area
+            length = f"{moved['mean_edges']:.2g} mean {of} on average, {moved['edges']:.2g}"
         parts.append(f"{'moved' if moved['same'] else 'lies away from the input by'} {length} at most")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}"
@@ -95,7 +96,8 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     if without_noise := change.get("sides_without_noise"):
         lines.append(f"sides, measured without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
-        edges = f" ({moved['edges']:.2g} {_relative_unit(change)})" if moved["edges"] is not None else ""
+        of = "spacings" if change["area"] is None else "edges"
+        edges = f" ({moved['edges']:.2g} mean {of})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {point_text(moved['place'])}"
@@ -113,10 +115,6 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         verdict = "a fault: more" if change["folded"] else "no fault: no more"
         lines.append(f"turned over: {counted(change['turned'], 'face')}, {verdict} faces are folded over than before")
     return lines
-
-
-def _relative_unit(change: Mapping[str, Any]) -> str:
-    return "mean spacings" if change["area"] is None else "mean edges"  # clouds have no area
 
 
 def _parts(change: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:

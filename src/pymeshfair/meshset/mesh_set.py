@@ -144,10 +144,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
         """Adds a mesh of pymeshlab, trimesh, Open3D or PyVista as a layer; see `to_trimesh` for the way back.
 
-        A note, see `on_note`, names contents that MeshLab does not take.
-
-        Raises:
-            ForeignMeshError: `mesh` is no mesh of these packages, or has values for more or fewer vertices or faces than it has.
+        A note, see `on_note`, names contents that MeshLab does not take. Raises `ForeignMeshError` if `mesh` is no mesh of these
+        packages, or has values for more or fewer vertices or faces than it has.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)

@@ -24,9 +24,10 @@ from markupsafe import Markup
 from PIL import Image
 
 from ..declaration import Floats
-from ..errors import ParameterError, point_text
+from ..errors import ParameterError
 from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
+from ..places import point_text
 
 #: the scripts of a page with the viewer
 VIEWER = ("viewer.js", "page.js")

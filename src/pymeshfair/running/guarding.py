@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from ..declaration import Floats, Ints
-from ..errors import point_text
 from ..files.polygons import numbered
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, Surface, share_kept, sharp_edges, wall_thickness
@@ -18,6 +17,7 @@ from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measu
 from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
+from ..places import point_text
 from ..scripts.guards import Guards
 from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
 from .shape_change import Moved, Origins, ShapeChange

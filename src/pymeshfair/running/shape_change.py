@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..declaration import Bools, FilterClass, Floats, Ints
-from ..errors import point_text
 from ..files.ply_write import write_ply
 from ..files.writing import StagedFile
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
@@ -21,6 +20,7 @@ from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..mesh_data import MeshData
+from ..places import point_text
 from ..scripts.script import Step
 from .suitability import ERASED
 
