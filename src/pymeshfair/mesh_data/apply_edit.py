@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from ..filters.libraries import spatial
+from ..filters.mesh import mask_of
 from .mesh_data import MeshData, read_pixels, sampled, source_ids
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
@@ -191,7 +192,7 @@ def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":
-            is_used = np.isin(np.arange(len(mesh.vertices)), mesh.faces)
+            is_used = mask_of(mesh.faces, len(mesh.vertices))
             shades = values / 255.0
             blend = _blend(shades, mesh.faces, added_faces, is_used, shades[of_faces])
             face[name] = as_levels(np.concatenate([shades, blend]))
@@ -254,7 +255,7 @@ def _continued_texture(
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision
     old = int(faces.max()) + 1
-    near = np.isin(np.arange(old), added_faces)
+    near = mask_of(added_faces[added_faces < old], old)
     for _ in range(_RINGS - 1):
         near[faces[near[faces].any(axis=1)]] = True
     donor_faces = np.flatnonzero(near[faces].any(axis=1) & may_donate)
@@ -262,7 +263,7 @@ def _continued_texture(
         return np.asarray(centroids[donors])
     samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
     mean = samples.mean(axis=1)
-    is_used = np.isin(np.arange(old), faces[donor_faces])
+    is_used = mask_of(faces[donor_faces], old)
     nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
     # Three more coordinates are half the contrast of each channel: among similar faces, those of uniform colour are preferred.
