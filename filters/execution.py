@@ -1,7 +1,6 @@
 """Progress reports, parallel tasks, and library calls that can be abandoned.
 
-Each iteration of a parallel kernel writes its own results, so the bits do not depend on the number of threads. Small meshes are
-faster on one thread.
+Each iteration of a parallel kernel writes its own results, so the bits do not depend on the number of threads.
 """
 
 import os
@@ -26,7 +25,6 @@ _LEAST_PART = 0.625
 T = TypeVar("T")
 #: Seconds between two progress reports during a long task, so that the caller can stop the work.
 _POLL = 0.1
-#: The number of rows of a block.
 _BLOCK = 1 << 16
 
 
@@ -58,16 +56,16 @@ def blocks(count: int) -> Iterator[slice]:
 
 
 def threads_for(size: int) -> AbstractContextManager[None]:
-    """A context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
+    """A context in which kernels called from this thread run on one thread if `size` vertices are few."""
     return nullcontext() if size >= SERIAL_BELOW else single_thread()
 
 
 def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], progress: Progress) -> None:
     """Calls ``work(*task)`` for each task, on as many threads as numba may use. Each task must write to memory of its own.
 
-    The threads are Python threads, and kernels release the GIL. A free thread takes the next task. Several threads of a program
-    may call this at once; numba's own pool would crash on some platforms. `progress` is called after each task and during long
-    tasks; if it raises, the remaining tasks are dropped.
+    The threads are Python threads, and kernels release the GIL. Several threads of a program may call this at once; numba's own
+    pool would crash on some platforms. `progress` is called after each task and during long tasks; if it raises, the remaining
+    tasks are dropped.
     """
     with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -85,8 +83,8 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
 def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
     """Calls ``kernel(*arguments, first, last)`` for ranges that cover 0 to `count`, on several threads if `count` is large.
 
-    A range has the elements (vertices or faces) from `first` to `last` - 1. The kernel must release the GIL, and write results of
-    each element to memory of its own. The calling thread works too: a call ends even if all threads of the pool are busy.
+    A range has the elements from `first` to `last` - 1. The kernel must release the GIL, and write results of each element to
+    memory of its own. The calling thread works too: a call ends even if all threads of the pool are busy.
     """
     parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1

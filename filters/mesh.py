@@ -46,8 +46,7 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 #: The number of points in a block of `_restore`; one thread does a whole block.
 _BLOCK = 4096
-# Triangles are sorted by the lowest number of their points, divided by this and rounded down.
-_RUN = 64
+_RUN = 64  # see `order_of_faces`
 #: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
 #: of ill-conditioned equations.
 FURTHEST = 2.0
@@ -101,7 +100,7 @@ def _checked_cells(cell: str, shape: str, corners: int, values: ArrayLike, n_ver
 def check_points(
     vertices: ArrayLike, one: str = "vertex", several: str = "vertices", remedy: str = "remove these vertices first"
 ) -> Floats:
-    """Returns the rows as (n, 3) float64, checked like the vertices of `check_mesh`; messages use the words."""
+    """Returns the rows as (n, 3) float64, checked like the vertices of `check_mesh`; errors use `one`, `several` and `remedy`."""
     raw = np.asarray(vertices)
     if raw.size == 0:
         return np.empty((0, 3))
@@ -128,12 +127,12 @@ def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
-    """(n,) which vertices may move: all of them for None; `FilterInputError` unless there is one truth value for each vertex."""
+    """(n,) which vertices may move: all for None; `FilterInputError` unless there is one truth value for each vertex."""
     return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) the values, if they are one truth value for each vertex; else raises a `FilterInputError` that names the parameter."""
+    """(n,) the values; `FilterInputError` about the parameter unless they are one truth value for each vertex."""
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
@@ -151,7 +150,7 @@ class Whole:
 
     @property
     def diagonal(self) -> float:
-        """The length of the bounding box's diagonal."""
+        """The diagonal of the bounding box."""
         scale = unit_scale(self.low, self.high)
         return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
 
@@ -179,7 +178,7 @@ class NormalisedMesh:
 
     @cached_property
     def points(self) -> Floats:
-        """(k, 3) the points, cached."""
+        """(k, 3) the points."""
         return self.new_points()
 
     def new_points(self) -> Floats:
@@ -191,7 +190,7 @@ class NormalisedMesh:
 
     @cached_property
     def cells(self) -> Ints:
-        """(m, 3) triangles or (e, 2) edges, as indices of points; cached."""
+        """(m, 3) triangles or (e, 2) edges, as indices of points."""
         return self.numbered_cells()
 
     def numbered_cells(self) -> Ints:
@@ -217,7 +216,6 @@ class NormalisedMesh:
         return np.arange(len(self.vertices), dtype=np.int32) if self.order is None else self.order
 
     def __len__(self) -> int:
-        """The number k of points."""
         return len(self.vertices) if self.order is None else len(self.order)
 
     def by_place(self) -> "NormalisedMesh":
@@ -249,8 +247,8 @@ class NormalisedMesh:
     def check_far(self) -> None:
         """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
 
-        Rounded by u, an edge e between vertices v has e / (u |v|) units in the last place; between points p, e / (u |p|). That is
-        less than half of the digits if e |v| < u |p|^2. The edges of a cloud are those between points that follow each other.
+        With the rounding u, an edge e between vertices v is e / (u |v|) units long, and between points p e / (u |p|) units: fewer
+        than the root of the first number if e |v| < u |p|^2. In a cloud, edges join points that follow each other.
         """
         cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
         chosen = np.arange(0, count, max(1, count // _SAMPLE))
@@ -346,7 +344,7 @@ def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
 
 
 def unit_scale(low: Floats, high: Floats) -> float:
-    """The power of two of `scaled_to_unit`, for a bounding box with these corners."""
+    """The factor of `scaled_to_unit`, for a bounding box with these corners."""
     # Halved first, because the extent of coordinates near the largest number would overflow.
     half = float((high * 0.5 - low * 0.5).max())
     if half == 0.0:
@@ -404,8 +402,8 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
 def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
     """Whether `sweeps` sweeps over the one-rings save more time after a reordering than the reordering takes.
 
-    Subdivision, decimation and merging leave vertices in an order that has little to do with their places. The order does not
-    change the result of a sweep. `size` is how much a kernel reads for a vertex and its faces, in units of three coordinates.
+    The order does not change the result of a sweep. `size` is how much a kernel reads for a vertex and its faces, in units of
+    three coordinates.
     """
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
@@ -417,8 +415,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
     The points are of ordinary size, with at least one triangle. A sweep over a surface in this order alternates between a few
-    rows of points, and reads each row from its start to its end. In a breadth-first order sweeps would be a quarter faster, but
-    the search for it takes longer: it jumps about in memory.
+    rows of points. In a breadth-first order sweeps would be a quarter faster, but the search for this order takes longer.
     """
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
     starts = points[sample[:, 0]]
@@ -434,10 +431,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
 
 
 def order_of_faces(faces: Ints, n_vertices: int, run: int = 1) -> Ints:
-    """(m,) a permutation: sorts the triangles by the lowest number of their vertices, divided by `run` and rounded down.
-
-    This order suits vertices that `order_by_place` has sorted.
-    """
+    """(m,) a permutation: sorts the triangles by the lowest number of their vertices, divided by `run` and rounded down."""
     lowest = np.minimum(np.minimum(faces[:, 0], faces[:, 1]), faces[:, 2]) // np.int32(run)
     halves = lowest.astype(np.uint16), (lowest >> 16).astype(np.uint16)  # 16-bit numbers, which NumPy sorts by counting
     return np.lexsort(halves if n_vertices > run << 16 else halves[:1]).astype(np.int32)

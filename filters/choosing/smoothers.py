@@ -34,7 +34,7 @@ def chosen_amount(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[float] | None:
-    """Chooses the amount whose result has slopes with the least expected error; see `Scan.choose_by_risk`.
+    """Chooses the amount with the least expected error of the slopes; see `Scan.choose_by_risk`.
 
     Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If fourth-order differences show
     edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide instead. Only errors along normals count.
@@ -43,7 +43,7 @@ def chosen_amount(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         smooth: the smoother.
-        amounts: the amounts to try, ascending; 0, which does nothing, is tried, too.
+        amounts: the amounts to try, ascending; 0 (no smoothing) is tried, too.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
         seed: selects the held-out vertices and the noise that `Scan.choose_by_risk` adds.
         progress: called while amounts are tried; may raise to stop.
@@ -58,7 +58,7 @@ def chosen_amount(
 
 
 def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[float] | None:
-    """Chooses the amount on a scan, see `chosen_amount`."""
+    """See `chosen_amount`."""
     if scan.clean:
         return None
 
@@ -72,7 +72,6 @@ def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[
     return None if choice is None else scan.or_nothing(choice)
 
 
-#: the families of smoothers
 SmootherName: TypeAlias = Literal["taubin", "implicit", "bilaplacian", "spectral", "normal_filtering"]
 
 
@@ -81,10 +80,10 @@ class Smoothing(NamedTuple):
 
     smoother: SmootherName | None = None
     amount: float = 0.0  # detail size in mean edges, or number of pairs of Taubin steps; 0 for normal filtering
-    setting: Setting | None = None  # the setting of normal filtering
+    setting: Setting | None = None  # of normal filtering
 
 
-#: the low-pass filters with their defaults, and the amounts to try
+#: the low-pass filters, and the amounts to try
 SMOOTHERS: Mapping[SmootherName, tuple[Smoother, Sequence[float]]] = {
     "taubin": (lambda p, f, k, m: taubin_fairing(p, f, iterations=int(k), movable=m), PASSES),
     "implicit": (lambda p, f, d, m: implicit_fairing(p, f, time_step=time_step_of_detail_size(d), movable=m), DETAIL_SIZES),
@@ -107,8 +106,8 @@ def compare_smoothers(
     Arguments and exceptions are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The choice, with errors and standard errors of no smoothing and of each family with its best amount; see `Scan.choose`.
-        Families whose equations cannot be solved are left out. None if the scan is clean or no vertex can be held out.
+        The choice, with errors and standard errors of no smoothing and of each family with its best amount. Families whose
+        equations cannot be solved are left out. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)

@@ -1,7 +1,7 @@
 """Kernels are functions compiled by numba. Their machine code is stored; the first call loads it, or compiles it.
 
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
-cache checks only the file of the function, and misses changes of functions and constants imported from other files.
+cache misses changes of functions and constants imported from other files.
 
 ``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
 The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahead; ``tools/generate.py kernels`` writes the list.
@@ -88,10 +88,9 @@ if TYPE_CHECKING:
 else:
 
     class prange:  # noqa: N801 - numba's name
-        """A plain ``range``; the compiler replaces it by numba's ``prange``."""
+        """A plain ``range``, so that functions also run without numba; the compiler replaces it by numba's ``prange``."""
 
         def __new__(cls, *limits: int) -> range:
-            """Returns a range, so that the function also runs without numba."""
             return range(*limits)
 
 
@@ -139,8 +138,7 @@ class Kernel:
     """A function that runs as machine code, see `compiled`. Kernels can call kernels: numba treats them as its own functions."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
-        """See `compiled`."""
-        self.py_func = function  # which also runs uncompiled
+        self.py_func = function
         self.options = options
         self.__name__ = function.__name__
         self.__qualname__ = function.__qualname__
@@ -149,7 +147,6 @@ class Kernel:
         self.code: dict[Signature, Callable[..., Any]] = {}  # the machine code that this process has loaded
 
     def __call__(self, *arguments: Any) -> Any:
-        """Calls the machine code for these argument types; loads or compiles it if needed."""
         try:
             signature = signature_of(arguments)
         except UnknownTypeError:
@@ -176,7 +173,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # two copies of the code would share numba's environment object, which may be freed with either
+        with _LOADING:  # two copies of the code would share numba's environment object, which the end of one copy may free
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)
@@ -190,7 +187,6 @@ class Kernel:
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
 
     def stored_name(self, signature: Signature) -> str:
-        """The name of the stored machine code for a signature."""
         key = hashlib.sha256(f"{self.fingerprint} {SETTINGS} {signature!r}".encode()).hexdigest()
         return f"{self.__module__.rpartition('.')[2]}.{self.__qualname__}-{key[:32]}"
 
@@ -268,7 +264,7 @@ class Compilation:
 
     kernels: int = 0  # the compilations begun so far; a kernel that another kernel calls is compiled with it and not counted
     seconds: float = 0.0  # the total time of the finished compilations
-    is_going_on: bool = False  # whether a kernel is being compiled
+    is_going_on: bool = False
 
 
 _LOADING = threading.Lock()
@@ -324,7 +320,7 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Compiles one kernel with an idle compiler; returns the message of a failure."""
+    """Returns the message of a failure."""
     compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)

@@ -19,18 +19,18 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, mask_
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
 
-#: Border policies of `bilateral_jones`. There is no "along", since planes of triangles predict no curve.
+#: There is no "along", since planes of triangles predict no curve.
 JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
-# Automatic range sigmas as multiples of the sigma of 95 % efficiency, the best of a few that were tried on models with noise.
-# Below 1 for neighbours: their heights have the noise of two vertices and a normal. Above 1 for corners: their heights are small.
+# Automatic range sigmas as multiples of the sigma of 95 % efficiency, the best of a few tried on models with noise. Below 1 for
+# neighbours, whose heights have the noise of two vertices and a normal. Above 1 for corners, whose heights are small.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
-# Sigmas above `_EXTREME` or below 1 / `_EXTREME` are refused: their squares would be out of the range of numbers.
+# Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` would be out of the range of numbers.
 _EXTREME = 1e150
-# Number of blocks of vertices, each with its own array of marks. Results do not depend on this number.
+# Number of blocks of vertices, each with its own array of marks.
 _BLOCKS = 32
 # The largest number of cells along an axis: the index of a cell stays below 2^63.
 _MOST_CELLS = 2**20
@@ -62,17 +62,17 @@ def bilateral_fleishman(
         range_kernel: g; kernels whose psi returns to 0 ("tukey", "gaussian", the truncated ones) keep features best.
         space_kernel: f.
         range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median height of neighbours in the
-            input, a robust estimate of the noise of mostly smooth surfaces.
+            input.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
             edges, so that the paper's sigma_c is one mean edge.
-        iterations: number of steps. More steps smooth and shrink more; the time is proportional to their number.
+        iterations: number of steps. More steps smooth and shrink more.
         border: "along" averages border vertices over the border alone, but moves them along their normals; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         progress: called after every step.
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without neighbours
-        within reach. Deterministic, for any number of threads.
+        within reach.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, a scale or number out of range.
@@ -130,7 +130,7 @@ def bilateral_jones(
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without triangles
-        within reach. Deterministic, for any number of threads.
+        within reach.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.
@@ -233,7 +233,7 @@ def _heights(points: Floats, around: _HeightNeighbours, heights: Floats) -> None
 
 @compiled(parallel=True)
 def _step(points: Floats, out: Floats, around: _HeightNeighbours, space: Term, height: Term) -> None:
-    """Moves all vertices at once by one step, from `points` to `out`."""
+    """Moves all vertices by one step, from `points` to `out`."""
     moving = around.moving
     count = moving.shape[0]
     blocks = min(_BLOCKS, 1 + count // 1024)
@@ -316,10 +316,10 @@ class _Triangles(NamedTuple):
     centres: Floats  # (m, 3)
     normals: Floats  # (m, 3) unit normals
     areas: Floats  # (m,)
-    keys: Longs  # (m,) int64 the cell index of each triangle, ascending
+    keys: Longs  # (m,) the cell index of each triangle, ascending
     low: Floats  # (3,) the lowest corner of the grid
     size: float  # the side of a cell
-    shape: Longs  # (3,) int64, the number of cells along the axes
+    shape: Longs  # (3,) the number of cells along the axes
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
@@ -372,7 +372,7 @@ def _estimate(points: Floats, out: Floats, rows: Ints, triangles: _Triangles, sp
     for m in prange(rows.shape[0]):
         i = rows[m]
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        # The clamps are needed because a vertex may lie some cells outside the grid of the centres.
+        # A vertex may lie outside the grid of the centres.
         cx = min(max(np.int64((px - low[0]) / size), 0), shape[0] - 1)
         cy = min(max(np.int64((py - low[1]) / size), 0), shape[1] - 1)
         cz = min(max(np.int64((pz - low[2]) / size), 0), shape[2] - 1)

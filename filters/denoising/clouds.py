@@ -62,13 +62,13 @@ def bilateral_projection(
             absolute height of the neighbours in the input.
         space_sigma: scale of f in the unit of the points. Larger makes the weights of near and distant neighbours more equal.
             None: the kernel's radius, sqrt(2) sigma, is the mean distance from a point to its farthest neighbour.
-        iterations: number of iterations. More iterations smooth more; the time is proportional to their number.
+        iterations: number of iterations. More iterations smooth more.
         degree: 1 or 2. Degree 2 follows curvature, but needs four times as many neighbours as degree 1 to reduce noise as much.
         movable: (n,) bool, which points may move, None for all. Fixed points still count as neighbours.
         progress: called after every iteration.
 
     Returns:
-        (n, 3) float64. Points that do not move keep every bit. Deterministic, for any number of threads.
+        (n, 3) float64. Points that do not move keep every bit.
 
     Raises:
         FilterInputError: not a cloud, normals that do not fit, too few points, no such kernel, a parameter out of range.
@@ -141,7 +141,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
     for part in blocks(len(indices)):
         covariances = np.empty((part.stop - part.start, 3, 3))
         over_range(_covariances, len(covariances), points, indices, part.start, covariances)
-        # The scaling prevents underflow in tiny neighbourhoods. Eigenvalues ascend, so the first vector has the least variance.
+        # The scaling prevents underflow in tiny neighbourhoods.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
         normals[part] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
@@ -252,7 +252,7 @@ def _project(
         if degree > 1:
             for k in range(count):
                 samples[3, k] /= largest
-            # Limit 1: if the height would have more noise than the point, a plane or the mean replaces the quadric.
+            # 1.0 limits the noise of the height to that of the point.
             height, _ = height_of_quadric(samples, count, 1.0, work)
         for c in range(3):
             out[i, c] = points[i, c] + height * normals[i, c]

@@ -39,8 +39,8 @@ def setting_of_rounded(
     """Chooses the setting for rounded coordinates; None if `other`, a setting that keeps the rounding, is better.
 
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
-    within one standard error, the flattest is chosen (`Scan.flattest`). If the steps differ, or if a depth map is smooth once
-    undone, all noise is measured, and results whose distance is at most that noise are allowed, too [morozov1966]. `other` is
+    within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
+    without the rounding is smooth, results within the noise of the rounded mesh are allowed, too [morozov1966]. `other` is
     better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
@@ -70,7 +70,7 @@ def setting_of_rounded(
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> Choice[Setting] | None:
-    """Chooses the setting for noise that neighbours share; None without such noise or if no edge can be judged.
+    """Chooses the setting for noise that neighbours share; None without such noise or without an edge of two scored vertices.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
     `estimate_noise`. Fixed vertices do not count.
@@ -88,7 +88,7 @@ def setting_of_shared(
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     """Returns the standard deviation of shared noise along the normals, or of rounding along its axis; 0 without either.
 
-    `points` are (n, 3) with a mean edge of 1, `faces` are (m, 3) triangles, `noise` comes from `estimate_noise`.
+    (n, 3) `points` have a mean edge of 1, `faces` are (m, 3) triangles, `noise` comes from `estimate_noise`.
     """
     rounding = rounding_of(points, faces)
     if rounding is not None:
@@ -110,7 +110,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # A fused mesh has short edges where it cuts off corners of grid cells; other shapes have them where rings are no scale.
+    # A fused mesh has short edges where it cuts off corners of grid cells. With other short edges rings do not measure distance.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
@@ -128,7 +128,7 @@ class NoiseField(NamedTuple):
 
     variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 if nothing can be measured
     heights: Floats  # (n,) a sample of the noise along the normals; moving, turning or renumbering the mesh does not change it
-    misfit: float = 0.0  # norm of the relative errors of the fitted residuals
+    misfit: float = 0.0  # norm of the relative errors of the measures of `noise_field`
 
 
 def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
@@ -144,7 +144,6 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     at = _Scales(scan)
 
     def calm(heights: Floats) -> float:
-        """Returns the quantile `calmest` of the local mean squares, with outliers clipped."""
         clipped = np.minimum(heights**2, CLIP * np.median(heights[scan.scored] ** 2))
         return float(np.quantile(at.local_means(clipped, AVERAGED), calmest))
 
@@ -170,7 +169,7 @@ def has_even_shared_noise(scan: Scan) -> bool:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """Returns by scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, and the kurtosis below it."""
+        """By scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, the kurtosis where levels are below it."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0
@@ -202,13 +201,11 @@ class _Scales:
         return means + sparse.identity(means.shape[0], format="csr") / 3.0
 
     def smoothed(self, values: Floats, times: int) -> Floats:
-        """Returns W^times applied to (n, ...) values."""
         for _ in range(times):
             values = self.step @ values
         return values
 
     def residuals(self, values: Floats, scale: int) -> Floats:
-        """Returns (n, ...) the residuals of values."""
         first = values - self.smoothed(values, scale)
         return np.asarray(first - self.smoothed(first, scale))
 
@@ -225,7 +222,7 @@ class _Scales:
     def noise(self, width: int) -> Floats:
         """Returns (n,) white noise smoothed by `width` steps, of variance 1.
 
-        Random numbers from the distance to the centroid stay the same if the mesh is turned or renumbered.
+        Random numbers from the distance to the centroid do not depend on rotations and numbering.
         """
         points, scored = self.scan.points, self.scan.scored
         distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)

@@ -29,7 +29,7 @@ RINGS_OF_SMOOTH_NORMALS = 13
 
 
 class NoiseEstimate(NamedTuple):
-    """The noise of a mesh. All but `length` are pure numbers, the same for the mesh moved, turned or scaled.
+    """The noise of a mesh. All but `length` are pure numbers.
 
     Attributes:
         level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
@@ -38,7 +38,7 @@ class NoiseEstimate(NamedTuple):
         deviation: the level computed from the mean square, in which outliers count in full. It is over 1.2 times `level` if a few
             vertices are far off, and up to 1.1 times on shapes with many sharp edges.
         tangential: the standard deviation along a tangent, in mean edges. It exceeds `level` where vertices are spaced unevenly,
-            as in range maps and meshes of machine parts, whatever the noise of the surface.
+            whatever the noise of the surface.
     """
 
     level: float
@@ -51,9 +51,9 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Estimates the noise of a mesh from the mesh alone.
 
     Independent noise keeps its standard deviation in the differences of `FourthOrder`. The level is the median of their absolute
-    values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, looks like a surface: it is
-    not measured. The error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and statues. Weak noise is overestimated
-    where most vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.
+    values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, is taken for surface. The
+    error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and statues. Weak noise is overestimated where most
+    vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -86,7 +86,6 @@ class FourthOrder(NamedTuple):
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:
-        """Returns the operator of a mesh of n vertices with (m, 3) triangles."""
         pairs = edges(faces)
         means = ring_means(pairs, n)
         first = sparse.identity(n, format="csr") - means
@@ -95,7 +94,7 @@ class FourthOrder(NamedTuple):
         return FourthOrder(pairs, far_from_border(faces, n, rings=1), means, square, norms)
 
     def differences(self, points: Floats) -> Floats:
-        """Returns (n, 3) the differences (B p)_i / |B_i|."""
+        """Returns (n, 3) the differences."""
         differences = points - self.means @ points
         differences -= self.means @ differences
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
@@ -143,7 +142,6 @@ def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
 
 
 def _means_around(squares: Floats, counted: Bools, pairs: Ints) -> Floats:
-    """Clips the (n,) squares, averages the counted ones over the one-rings `AVERAGED` times, and returns the (n,) means."""
     return local_means(np.minimum(squares, CLIP * np.median(squares[counted])), counted, pairs, times=AVERAGED)
 
 
@@ -175,10 +173,10 @@ def smooth_normals(points: Floats, faces: Ints, *, whole: Whole | None = None) -
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
     """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
-    The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Where the surface is
-    calm, without details and edges, only noise is left. Exact planes count only if at least half of the scored vertices lie
-    on them. For evenly strong noise the level is a fifth to a third below its standard deviation; 0 without scored vertices.
-    The (n, 3) points have a mean edge of 1, triangles or edges are unique, the (n, 3) unit normals are those of a smoothed copy.
+    The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Exact planes count
+    only if at least half of the scored vertices lie on them. For evenly strong noise the level is a fifth to a third below its
+    standard deviation; 0 without scored vertices. The (n, 3) points have a mean edge of 1, triangles or edges are unique, the
+    (n, 3) unit normals are those of a smoothed copy.
     """
     indices = np.flatnonzero(scored).astype(np.int32)
     if not len(indices):
@@ -187,7 +185,7 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     squares = np.zeros(len(points))
     squares[indices] = heights**2 / (1.0 + gains**2)
     rough = squares > _EXACT**2
-    # Planes added by a program, such as the base of a scan, do not show the noise of the rest.
+    # Planes added by a program, such as the base of a scan, have no noise.
     counted = rough if np.count_nonzero(rough) > 0.5 * len(indices) else scored
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     return float(np.sqrt(np.quantile(_means_around(squares, counted, pairs)[counted], tuned.CALMEST)))

@@ -20,7 +20,7 @@ _MEASURABLE = 0.7
 class ReliefLoss(NamedTuple):
     """A loss of relief."""
 
-    share: float  # the lost share: 0 if nothing is lost, 1 if all is lost, above 1 if relief is inverted
+    share: float  # 0 if nothing is lost, 1 if all is lost, above 1 if relief is inverted
     shortest: float  # the shortest wavelength that counts, in mean edges; 0 for all, above 0 if noise hides shorter relief
 
 
@@ -58,7 +58,6 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
 
 
 def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
-    """The lost share of the relief in a band; None if relief does not stand out from the noise."""
     shortest, longest = (edge * length for length in band)
     band_limited = _smoothed(before, faces, shortest)
     smooth = _smoothed(band_limited, faces, longest)

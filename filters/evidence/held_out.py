@@ -17,8 +17,8 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
     """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
     Each set is sorted and not empty. The sets are disjoint until less than 35 % of the scored vertices are left; then all may
-    be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean edge length. So they stay
-    the same if a mesh is moved, turned, scaled or renumbered. (e, 2) edges, such as neighbours in a cloud, must be unique.
+    be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean edge length: not on the
+    place, rotation, size and numbering of a mesh. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))

@@ -12,13 +12,13 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip
 from .triangulation import VertexPairs, is_pair
 
-#: A triangle is split if, for each corner, `DENSITY` times the distance to the centroid exceeds the target length [liepa2003].
+#: The density factor of [liepa2003], see `refined_patch`.
 DENSITY = np.sqrt(2.0)
 # An edge between two rim vertices, unless forbidden, is not split if the height of an adjacent triangle is below this share of
 # the target edge length: in a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# The largest number of vertices in a patch; a patch that is refined with `uniform_width` has far fewer.
+# The most vertices of a patch; a patch that is refined with `uniform_width` has far fewer.
 _MOST_POINTS = 300_000
 # The number of rounds is unknown in advance: after this many rounds the progress is one half.
 _HALF = 8
@@ -85,7 +85,6 @@ def refined_patch(
 def _split_diagonals(
     points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: ForbiddenEdges
 ) -> tuple[Floats, Floats, Ints]:
-    """Splits the inner edges between two rim vertices at their midpoints; in cracks only `forbidden` edges."""
     concerned = (triangles < n_rim).sum(axis=1) > 1  # triangles with an edge between rim vertices
     rows = triangles[concerned].tolist()
     row_of = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}  # by directed edge
@@ -95,7 +94,7 @@ def _split_diagonals(
     middles: list[tuple[int, int]] = []
     for a, b in inner:
         if (a, b) not in row_of:
-            continue  # `inner` has each edge in both directions: this one is split already
+            continue  # already split in the other direction
         if not ((forbidden.apart[a] and forbidden.apart[b]) or is_pair(forbidden.pairs, a, b)):
             heights = [_height(points[rows[row_of[edge]]]) for edge in ((a, b), (b, a)) if max(rows[row_of[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
@@ -120,7 +119,6 @@ def _height(triangle: Floats) -> float:
 
 
 def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
-    """Returns (b,) which triangles to split, see `refined_patch`."""
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
     reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
     large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)

@@ -125,7 +125,6 @@ def triangulate_polygon(outline: BoundaryLoop, points: Floats, joined: VertexPai
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Two diagonals with different corners join the same two vertices: forbid the second diagonal.
         forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
 
@@ -168,7 +167,7 @@ def triangulate_rim(
         i, j = _chord(rim.points[part], part, forbidden) if len(part) > LARGEST_WHOLE else (-1, -1)
         if i >= 0:
             chords.append((int(part[i]), int(part[j])))
-            # The part from i to j comes next: its triangle at the chord is then a neighbour of the other part.
+            # The part from i to j comes next: its triangle at the chord becomes a neighbour of the remaining part.
             parts += [np.concatenate([part[: i + 1], part[j:]]), part[i : j + 1]]
             continue
         triangles = minimal_triangulation(rim.points[part], rim.across(part), forbidden.among(part))
@@ -183,10 +182,10 @@ def triangulate_rim(
 
 
 class RimTriangles(NamedTuple):
-    """A rim, and the triangles made so far."""
+    """A rim as for `triangulate_rim`, and the triangles made so far."""
 
     points: Floats  # (k, 3)
-    opposite: Floats  # (k, 3) as for `triangulate_rim`
+    opposite: Floats  # (k, 3)
     forbidden: VertexPairs
     triangles: Ints  # (k - 2, 3)
     holder: dict[tuple[int, int], int]  # the triangle of each directed edge
@@ -238,7 +237,6 @@ def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
 
 
 def _nearest(rim: RimTriangles, first: int) -> list[int]:
-    """The sorted indices of the `WINDOW` triangles nearest to triangle `first`, counted in edge crossings."""
     near, queue = {first}, deque([first])
     while queue:
         for a, b in _sides(rim.triangles[queue.popleft()].tolist()):

@@ -21,12 +21,12 @@ _STEPS, _STEP = 12, 2.0 / 3.0
 
 
 class SharpEdges(NamedTuple):
-    """The edges with two faces whose normals differ by at least `SHARP` degrees."""
+    """Edges, see `sharp_edges`."""
 
-    pairs: Ints  # (k, 2) the vertices of each edge
-    faces: Ints  # (k, 2) the two faces of each edge
-    middles: Floats  # (k, 3) the midpoint of each edge
-    lengths: Floats  # (k,) the length of each edge
+    pairs: Ints  # (k, 2) the vertices
+    faces: Ints  # (k, 2) the two faces
+    middles: Floats  # (k, 3) the midpoints
+    lengths: Floats  # (k,)
 
 
 def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
@@ -92,7 +92,7 @@ def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Float
 def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
     """(m,) l / (sqrt(3) R) of every face, l its shortest edge and R its circumradius: 1 if equilateral, near 0 for slivers.
 
-    A right-angled isosceles triangle has 0.816, a face without area 0.
+    A face without area has 0.
 
     Raises:
         FilterInputError: not a mesh.

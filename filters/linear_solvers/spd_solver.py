@@ -23,7 +23,7 @@ from ..mesh import Floats
 from .conjugate_gradients import CompressedRows, Preconditioner, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
 
-#: The largest number of shifts that are tried.
+#: The most shifts that are tried.
 _ATTEMPTS = 4
 #: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
 #: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than the backward error times
@@ -41,7 +41,7 @@ _SPLITTER = 134217729.0
 
 
 class Cholesky:
-    """The factors L D L^T of a symmetric positive definite matrix; docs/solvers.md compares the times with those of libraries."""
+    """The factors L D L^T of a symmetric positive definite matrix."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
         """Factorises the matrix, calls progress(done) meanwhile; raises `ConvergenceError` if it is not positive definite."""
@@ -55,15 +55,15 @@ class Cholesky:
             raise ConvergenceError(f"the matrix of {csr.shape[0]} rows is not positive definite to rounding")
 
     def solve(self, right_side: Floats) -> Floats:
-        """Solves for (n, k) right-hand sides; returns (n, k)."""
+        """Solves for (n, k) right-hand sides."""
         return self._fronts.solve(self._values, right_side)
 
 
 class ShiftedFactors:
-    """The factors L D L^T of A - shift I for a symmetric A, without row exchanges.
+    """The factors L D L^T of A - shift I for a symmetric A, without row exchanges, so that D is diagonal.
 
-    Without exchanges D is diagonal. By Sylvester's law of inertia, `below`, the number of its negative entries, is the number of
-    eigenvalues of A below the shift. A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
+    By Sylvester's law of inertia `below`, the number of negative entries of D, is the number of eigenvalues of A below the shift.
+    A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
@@ -141,7 +141,7 @@ class SpdSolver:
             right_side: b, (n,) or (n, k). Columns are solved for in groups of three, which share one measure of error.
             tolerance: the estimated energy norm of the error, as a share of the reference. Larger is faster and less exact.
             reference: the energy norm sqrt(x^T A x) of which the tolerance is a share; None for the norm of each group's
-                solution. Errors below `FINEST_TOLERANCE` of the solution are never required.
+                solution. An error of `FINEST_TOLERANCE` of the solution always suffices.
             start: a first guess, of the shape of b.
             progress: called every few steps; may raise to stop.
 
@@ -181,7 +181,7 @@ class SpdSolver:
                 return attempt
             x, earlier_steps = attempt.values, attempt.iterations
         if self._quick and self._system.smoothness >= _SINGULAR:
-            self._quick = False  # if factors fail, multigrid is next
+            self._quick = False
             with suppress(ConvergenceError):
                 return self.by_factors(b, progress)
         if self._multigrid is None:
@@ -289,29 +289,32 @@ class SpdSystem(NamedTuple):
         return np.ascontiguousarray(b[:, None] if b.ndim == 1 else b)
 
     def backward_error(self, x: Floats, b: Floats) -> float:
-        """Returns |D r| / (|D A D| |x / D| + |D b|), r = b - A x, over all (n, k) columns together; 0 if x and b are 0."""
+        """Returns |D r| / (|D A D| |x / D| + |D b|), r = b - A x, over all (n, k) columns together; 0 if x and b are 0.
+
+        D keeps large rows from hiding errors in small rows.
+        """
         scale = self.scale[:, None]
         size = self.norm * np.linalg.norm(x / scale) + np.linalg.norm(scale * b)
         return float(np.linalg.norm(scale * (b - self.matrix @ x)) / size) if size > 0.0 else 0.0
 
 
 class Solution(NamedTuple):
-    """The solution of A x = b, its errors and its method."""
+    """The solution of A x = b."""
 
     values: Floats  # x, of the shape of b
     error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" has no estimate: 0
-    # |r| / (|A| |x| + |b|) for r = b - A x, with A scaled to unit diagonal, so that large rows do not hide errors in small rows:
-    # x is the exact solution of a system that differs by this share. Each group of columns has a share; this is the largest.
+    # the largest `SpdSystem.backward_error` of the groups of columns: x is the exact solution of a system that differs by this
+    # share
     backward_error: float
     iterations: int  # number of products with the matrix
-    method: Method  # the method that gave x
+    method: Method
 
 
 class RefinedSolution(NamedTuple):
-    """The solution of an ill-conditioned system."""
+    """The result of `refined_solution`."""
 
     values: Floats  # x, (n, k)
-    backward_error: float  # |r| / (|A| |x| + |b|), measured as if A had a unit diagonal
+    backward_error: float  # see `SpdSystem.backward_error`
     last_correction: float  # the largest entry of the last correction, in the unit of x: larger than the remaining error
     refinements: int  # the number of corrections after the first solution
 
@@ -379,8 +382,8 @@ def laplacian_power(
 ) -> Floats:
     """Computes (S M^-1)^(order - 1) S x with about 32 digits and rounds the result once.
 
-    The diagonal of S is not read: every row is taken to sum to 0 exactly. Each application of S loses digits in the differences
-    between neighbours: at order 3 and 100,000 vertices nearly all of the 16 digits of ordinary precision. 32 digits are enough.
+    Every row of S is taken to sum to 0 exactly; its diagonal is not read. Each application of S loses digits in the differences
+    between neighbours: at order 3 and 100,000 vertices nearly all of the 16 digits of ordinary precision.
     Sums and products keep their rounding errors as a second double [dekker1971].
 
     Args:
@@ -389,9 +392,6 @@ def laplacian_power(
         order: the power, at least 1.
         values: x, (n, 3).
         more: (n, 3) added to x without rounding; None for 0.
-
-    Returns:
-        (n, 3).
     """
     high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
     rows = CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)

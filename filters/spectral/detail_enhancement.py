@@ -19,19 +19,19 @@ from .spectrum import spectrum
 
 #: `enhance_details` measures the bound b only up to this multiple of the displacement x: b tanh(x / b) is then 2 % below x.
 _BOUND = 4.0
-# Displacements count as at least this share of the largest one, so that no bound is 0.
+# Bounds are measured for displacements of at least this share of the largest one, so that no bound is 0.
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
 #: The default ratio of the longest to the shortest wavelength of the relief: two octaves.
 OCTAVES = 4.0
-#: The shortest possible wavelength of relief, in mean edges: triangles do not show shorter waves.
+#: The shortest wavelength of relief, in mean edges: triangles do not show shorter waves.
 SHORTEST = 5.0
 #: A band of the spectrum counts as signal if its energy is at least this many times the noise energy.
 SIGNAL = 4.0
 # The noise is measured between these wavelengths, in mean edges; regular triangles have no shorter waves.
 _NOISE_FROM, _NOISE_TO = 2.5, 4.0
-# Lanczos steps of `spectrum`: enough to resolve wavelengths of up to ten edges; longer ones are not needed.
+# Lanczos steps of `spectrum`: enough for wavelengths of up to ten edges; longer ones are not needed.
 _STEPS = 300
 
 
@@ -63,11 +63,11 @@ def enhance_details(
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
     3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
-       both divided by the longest wavelength. So borders stay, and thin parts, such as the knob of a bone, change little.
+       both divided by the longest wavelength. So borders stay, and thin parts change little.
     4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
        (`touching_balls`). So thin parts do not swell, and the two sides of a gap do not meet.
 
-    Waves outside the band, including noise, stay as they are. With gain 1 nothing changes.
+    Waves outside the band, including noise, stay as they are.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -84,7 +84,7 @@ def enhance_details(
 
     Returns:
         The coordinates and the band. Fixed vertices keep every bit: border vertices, vertices without a face of positive area,
-        and vertices that are not `movable`. Deterministic to the bit.
+        and vertices that are not `movable`.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
@@ -141,7 +141,7 @@ def enhance_details(
 
 
 def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> tuple[float, float]:
-    """Returns the shortest and the longest wavelength of the relief, in the unit of the points; measures them if not given."""
+    """Returns the shortest and the longest wavelength of the relief, in the unit of the points."""
     if detail_size is None:
         shortest = shortest_relief(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells))
     else:
@@ -180,7 +180,7 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
     besides noise. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy,
     and at least `SHORTEST` mean edges. At least one triangle must have an area.
     """
-    # In units of the mean edge, since the bands of a spectrum are at the same frequencies for every mesh.
+    # In mean edges, since the bands of a spectrum are at the same frequencies for every mesh.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
     edges = measured.band_edges
     wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])
