@@ -75,7 +75,7 @@ def apply_coord_bilaplacian_smoothing(
 
 
 def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
-    """(n,) the weights W of the bending energy; None for 1 everywhere."""
+    """(n,) the weights W; None for 1 everywhere."""
     if features == "none":
         return None
     if features == "curvature":
@@ -210,13 +210,12 @@ def apply_coord_region_fairing(
 
 
 def _staying(chosen: Bools, moved: int) -> str:
-    """The note on selected vertices that stay."""
     count = int(chosen.sum())
     return f"{count - moved:,} of the {count:,} selected vertices lie on an open border or have no triangle, and stay."
 
 
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
-    """The edit that replaces the chosen vertices and their triangles by a filling."""
+    """Replaces the chosen vertices and their triangles by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
     new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)

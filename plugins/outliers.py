@@ -20,7 +20,7 @@ point_selection = partial(
 
 
 def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
-    """Returns the edit that selects points and reports their number; a note says what `kind` they are, if there are any."""
+    """Selects points and reports their number; a note says what `kind` they are."""
     count = int(np.count_nonzero(selected))
     notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
@@ -143,7 +143,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 
 
 def _left_out(cloud: Floats, spacing_at: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
-    """Returns a note on the share of points without surface nearby, from a sample of thousands; none if the share is 0."""
+    """A note on the share of points without surface nearby, from a sample; none if the share is 0."""
     if not len(faces):
         return ()
     sample = slice(None, None, max(1, len(cloud) // 10_000))

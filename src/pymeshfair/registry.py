@@ -1,7 +1,4 @@
-"""Finds filters: those of pymeshfair and third parties by entry points, those of MeshLab in the table of `meshlab.facts`.
-
-A plugin that cannot be loaded is recorded, and the others still work.
-"""
+"""Finds filters: those of pymeshfair and third parties by entry points, those of MeshLab in the table of `meshlab.facts`."""
 
 import functools
 import importlib
@@ -27,7 +24,7 @@ class BrokenPlugin:
     distribution: str  # the package of the plugin
     entry_point: str  # as in the metadata, e.g. ``scanlab = scanlab.filters``
     reason: str  # one sentence
-    details: str = ""  # the traceback, or an empty string
+    details: str = ""  # the traceback
 
     def __str__(self) -> str:
         return f"plugin {self.entry_point.partition('=')[0].strip()!r} of {self.distribution} cannot be used: {self.reason}"
@@ -84,7 +81,6 @@ def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
 
 @functools.cache
 def _load() -> _Registry:
-    """Loads all plugins once; plugins and filters that cannot be used are recorded in `broken`."""
     by_any_name = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
@@ -98,7 +94,7 @@ def _load() -> _Registry:
             continue
         if not filters:
             broken.append(BrokenPlugin(package, text, "declares no filter"))
-        for declared in {id(f): f for f in filters}.values():  # each filter once, even if its module gives it several names
+        for declared in {id(f): f for f in filters}.values():  # once, even if its module gives it several names
             if declared.function is not None and any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
             if reason := _why_unusable(declared, by_any_name):

@@ -1,7 +1,4 @@
-"""Plans a batch: finds the scans that a command line names, and gives each a recipe, an output and a short name.
-
-Files, folders, patterns, lists and tables name scans. No two outputs are the same file.
-"""
+"""Plans a batch: finds the scans that a command line names, and gives each a recipe, an output and a short name."""
 
 import csv
 import glob
@@ -52,7 +49,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[str]]:
-    """Drops scans in `folder` or made from other scans, unless named directly; returns the rest, and texts on the dropped."""
+    """Drops scans in `folder` or made from other scans, unless named directly; returns kept scans and texts on dropped ones."""
     inputs, kept, dropped, root = {scan.input for scan in scans}, list[RequestedScan](), list[str](), folder.resolve()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)
@@ -172,7 +169,7 @@ def _text(path: Path) -> str:
 
 #: placeholders in the names of outputs: parts of the input's path, and the scan's number
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
-#: the largest number of collisions that a message lists
+#: the most collisions in a message
 _LISTED = 10
 
 
@@ -180,16 +177,16 @@ _LISTED = 10
 class Scan:
     """One scan of a batch."""
 
-    number: int  # from 1, in the order of the batch
+    number: int  # from 1
     input: Path
-    output: Path  # the file to write
-    overrides: tuple[str, ...]  # ``NAME=VALUE`` or ``STEP.PARAM=VALUE``, from the scan's row of a table
+    output: Path
+    overrides: tuple[str, ...]  # see `RequestedScan`
     recipe: Recipe  # the recipe of the batch with these overrides
     label: str  # a short name, unique in the batch
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
-    """Returns the job of one scan; `memory` is the job's memory limit in bytes if the template has none."""
+    """Returns the job of a scan; `memory` is its memory limit in bytes if the template has none."""
     return replace(
         template,
         recipe=scan.recipe,

@@ -41,13 +41,12 @@ if TYPE_CHECKING:
 
 #: seconds for which a run is tried again if its output is busy: a lost worker may still be removing files there
 _PATIENCE = 20.0
-#: seconds between checks of the workers
+#: seconds between checks of workers
 _PULSE = 1.0
 #: the largest expected ratio of output to input bytes: double in place of single precision
 _GROWTH = 2.0
 #: threads that read files and compute their checksums
 _READERS = 4
-#: the task for a scan: clean it, or draw its page
 Kind: TypeAlias = Literal["clean", "draw"]
 
 
@@ -142,8 +141,8 @@ class BatchRun:
     items: Items  # the queue of signals and finished tasks
     listener: Listener
     outcomes: dict[int, Outcome]  # by number of the scan; `run` adds the new outcomes
-    draws: bool  # whether pages are drawn
-    stop: bool  # whether to stop after the first scan that fails or breaks a guard
+    draws: bool  # draw pages
+    stop: bool  # stop after the first scan that fails or breaks a guard
     pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page; empty if there is one
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
@@ -204,7 +203,7 @@ class BatchRun:
 
 
 def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
-    """Returns, by scan number, the outcomes of scans whose output has the input, recipe, options, guards and versions of now.
+    """Returns, by scan number, the outcomes of scans whose output fits the present input, recipe, options, guards and versions.
 
     An output that breaks a guard counts only with `Job.keep_broken`. `journal` adds details that the provenance lacks.
     """
@@ -234,7 +233,6 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Returns what an output was made with: recipe and further layers (checksums), options, limits, versions of packages."""
     return (
         record["recipe"]["sha256"],
         {name: value for name, value in record.get("options", {}).items() if name != "own_texture_names"},
@@ -259,34 +257,33 @@ def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
 
 @dataclass(frozen=True)
 class Prospect:
-    """A preview of a batch: the state of each scan, and the free space on the disk."""
+    """A preview of a batch."""
 
     states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
     problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
     bytes_in: int  # total size of the inputs of scans to do
-    bytes_free: int | None  # free space on the disk of the outputs, or None if unknown
+    bytes_free: int | None  # on the disk of the outputs; None if unknown
 
     @property
     def lacks_room(self) -> bool:
-        """Returns whether the outputs may not fit on the disk."""
         return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
 
 
 @dataclass
 class Task:
-    """One batch: its scans and options, and the methods that preview it and carry it out."""
+    """One batch."""
 
-    scans: Sequence[Scan]  # all scans
+    scans: Sequence[Scan]
     template: Job  # the options that all runs share
-    folder: Path  # the folder of outputs, an absolute path; is made if it does not exist
+    folder: Path  # of outputs, an absolute path; is made if it does not exist
     scheduler: Scheduler | None  # of dask; None for this machine
     jobs: int  # the number of scans cleaned at a time on this machine
     _: KW_ONLY
     resume: bool = False  # skip scans that are done
     stop: bool = False  # stop after the first scan that fails or breaks a guard
-    sample: int | None = None  # do only this number of scans, which are spread over all sizes
+    sample: int | None = None  # do only this number of scans, spread over all sizes
     report: bool = False  # make a page for every cleaned scan, and one for the batch
-    written: tuple[Path, ...] = field(default=(), init=False)  # the written files about the whole batch
+    written: tuple[Path, ...] = field(default=(), init=False)  # the files about the whole batch
 
     def look_ahead(self) -> Prospect:
         """Previews the batch; writes nothing."""

@@ -40,7 +40,7 @@ def refuse_unused(why: str, **unused: object) -> None:
 
 
 def check_report(report: Path | None, *, overwrite: bool, **about: object) -> None:
-    """Refuse a report that cannot be written, and options about a report that is not wanted."""
+    """Refuse a report that cannot be written, and without a report the options about one."""
     from ..files.writing import check_target
 
     if report is None:
@@ -134,7 +134,6 @@ class RunOptions:
         )
 
     def chosen_scheduler(self) -> Scheduler | None:
-        """The scheduler in the options, or None."""
         if self.scheduler is not None and self.scheduler_file is not None:
             raise typer.BadParameter("--scheduler names a scheduler already", param_hint="--scheduler-file")
         if self.scheduler is None and self.scheduler_file is None:
@@ -146,7 +145,6 @@ class RunOptions:
         return Scheduler(self.scheduler or "", self.scheduler_file, self.tls_ca_file, self.tls_cert, self.tls_key)
 
     def check_measured(self) -> None:
-        """Refuse a report without measures."""
         if self.no_measures:
             raise typer.BadParameter("a report shows measures: leave out --report or --no-measures", param_hint="--report")
 
@@ -170,7 +168,6 @@ def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
-#: the number of bytes of a unit, by its prefix
 _BYTES = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "MI": 2**20, "GI": 2**30, "TI": 2**40}
 
 

@@ -57,7 +57,7 @@ def spectrum(
 
 
 def _print(spectra: Mapping[str, Mapping[str, Any]]) -> None:
-    """Print a row for each band, from the longest waves to the shortest, with the root mean square height of its waves."""
+    """Print a row for each band, from the longest waves to the shortest."""
     from .display import show_table
 
     heights: dict[int, dict[str, float]] = {}

@@ -46,7 +46,7 @@ def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
 
 
 def doubts_of(missing: int) -> tuple[str, ...]:
-    """Returns a warning about `missing` unmeasured points, or no warning if there are none."""
+    """Returns a warning about `missing` unmeasured points if there are any."""
     return (f"{missing:,} points at which nothing was measured are left out",) if missing else ()
 
 
@@ -58,7 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
 
 
 class _Survey:
-    """The headers of the scans with points, the declared number of points, and warnings about fields that some scans lack."""
+    """The headers of the scans with points, and what `e57_survey` returns."""
 
     def __init__(self, file: Any) -> None:
         self._file = file

@@ -28,7 +28,7 @@ _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
 #: attributes of `MeshData` that are stored in dimensions of the same names
 _NUMBERS = ("scalars", "radii")
-#: the size of the header of LAS 1.0 in bytes, and the largest number of bytes that are read of a longer header
+#: the size of the header of LAS 1.0 in bytes, and the most bytes that are read of a longer header
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
 _CHUNK = 1 << 20  # the number of points read or written at a time
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
@@ -47,7 +47,7 @@ class LasDocument:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """Opens a file with laspy; turns the errors of laspy into `ContentsError`."""
+    """Opens a file; turns the errors of laspy into `ContentsError`."""
     laspy, errors = _laspy()
     _check_records(path)
     try:
@@ -81,7 +81,7 @@ def _check_records(path: Path) -> None:
 
 
 def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
-    """Returns the laspy package, and the errors that it raises about damaged or unwritable files."""
+    """Returns laspy, and the errors that it raises about damaged or unwritable files."""
     try:
         import laspy
         from lazrs import LazrsError
@@ -160,13 +160,13 @@ def _extras(header: Any, records: Any) -> tuple[str, ...]:
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the vertices of a mesh, with the header of their LAS file if they have one; compressed if the output is LAZ."""
+    """Writes the vertices of a mesh, with the header of their LAS file if they have one."""
     return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
 #: by column, the dimension that stores it, and the factor for its numbers
 _Stored: TypeAlias = dict[str, tuple[str, float]]
-#: for each scalar column and each coordinate axis: minimum, maximum, and whether all numbers are whole
+#: of each scalar column and each axis: minimum, maximum, and whether all numbers are whole
 _Ranges: TypeAlias = dict[str | int, tuple[float, float, bool]]
 
 
@@ -176,7 +176,7 @@ def write_las_pieces(
     document: LasDocument | None = None,
     writing: Writing | None = None,
 ) -> tuple[str, ...]:
-    """Writes a cloud in one or more pieces with equal attributes; `pieces` is called twice: to measure, and to write.
+    """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
     Coordinates keep the scale factors of the document if these suffice. Without `writing` the scale factor is the finest power
     of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
@@ -238,7 +238,7 @@ def _header(mesh: MeshData, document: LasDocument | None) -> tuple[Any, Any]:
     if document is None:
         header = laspy.LasHeader(point_format=7 if "colors" in mesh.vertex_attributes else 6, version="1.4")
         header.generating_software = "pymeshfair"
-        header.creation_date = date(1980, 1, 1)  # fixed, so that a mesh gives the same bytes on every day
+        header.creation_date = date(1980, 1, 1)  # fixed, for the same bytes on every day
         return header, None
     return header_of(document.header, document.records)
 
@@ -272,7 +272,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 
 
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
-    """Chooses a dimension for each column: declares missing ones in the header, leaves out what the format cannot hold.
+    """Chooses a dimension for each column; declares missing dimensions, leaves out what the format cannot hold.
 
     Numbers that do not fit a standard dimension go to an extra dimension, whose name ends with "_".
     """

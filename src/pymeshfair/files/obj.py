@@ -1,6 +1,6 @@
 """Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-If a mesh still has the elements of its file, the text of the file is written with new numbers. Otherwise a new text is made.
+If a mesh still has the elements of its file, the text of the file is written with new numbers, otherwise a new text.
 """
 
 import re
@@ -60,7 +60,7 @@ _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
-#: the largest number of corners of a face, since the time of triangulation grows with its square
+#: the most corners of a face, since the time of triangulation grows with its square
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
@@ -88,8 +88,8 @@ class Material:
 class Materials:
     """The contents of all material files of a mesh."""
 
-    named: dict[str, Material] = field(default_factory=dict)  # materials by name
-    lines: list[str] = field(default_factory=list)  # all lines of the files
+    named: dict[str, Material] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)  # of the files
     #: for each line with an image, by its index in `lines`: the words before the name of the image, and this name
     images: dict[int, tuple[str, str]] = field(default_factory=dict)
     others: dict[str, None] = field(default_factory=dict)  # keywords and options that are not read
@@ -99,7 +99,7 @@ class Materials:
         return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
 
     def text(self, names: Mapping[str, str]) -> bytes:
-        """Joins the files into one, with images renamed by `names`."""
+        """The files joined into one, with images renamed by `names`."""
         lines = list(self.lines)
         for number, (before, name) in self.images.items():
             if names.get(name, name) != name:
@@ -149,15 +149,15 @@ class Materials:
 class ObjDocument:
     """The data of an OBJ file that the writer needs."""
 
-    data: bytes  # its bytes
-    tokens: Tokens  # positions of its lines; kinds and values of words are left out
-    mesh: MeshData  # the mesh in it
+    data: bytes
+    tokens: Tokens  # without kinds and values of words
+    mesh: MeshData
     width: int  # how many numbers the line of a vertex has
-    normals: Floats  # (k, 3) the normals on the ``vn`` lines
+    normals: Floats  # (k, 3) on the ``vn`` lines
     #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has a normal
     corner_normals: Longs | None
     states: Longs  # (m, 5) for each triangle the last line before it with each keyword in `STATES`, -1 for none
-    materials: Materials  # contents of its material files
+    materials: Materials
     lost: tuple[str, ...]  # names of contents that a new text cannot have
 
 
@@ -207,7 +207,7 @@ def read_obj(path: Path, references: References) -> Reading:
         attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
         of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
-        # If a file has one texture and uses no material, all faces with texture coordinates have the texture.
+        # In a file with one texture that uses no material, all faces with texture coordinates have the texture.
         of_use.append(0 if not names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     vertex_normals, corner_normals = _normals(len(vertices), normals, indices, notes)
@@ -260,7 +260,7 @@ def lines_of(tokens: Tokens, keyword: bytes) -> Longs:
 
 
 def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs, Longs, Floats]:
-    """Returns the lines of a keyword; for each, its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
+    """Returns the lines of a keyword; for each its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
     expected = " or ".join(map(str, widths))
@@ -269,7 +269,7 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
 
 
 def _vertices(tokens: Tokens, data: bytes, notes: dict[str, None]) -> tuple[int, Floats, NDArray[np.uint8] | None, bool]:
-    """Returns the count of numbers per vertex, coordinates, colours, and whether the file has the colours as levels."""
+    """Returns the count of numbers per vertex, coordinates, colours, and whether colours are levels."""
     lines, counts, vertices = _rows(tokens, "v", _VERTEX)
     width = int(counts[0]) if len(lines) else 3
     refuse(tokens, lines, counts != width, f"has {{}} values, while the vertices before it have {width}", counts)
@@ -374,7 +374,6 @@ def _materials(
 
 
 def _words_after_keyword(tokens: Tokens, k: int) -> str:
-    """Returns the words of a line after its keyword, joined by single blanks, without a comment."""
     text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
     return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
 
@@ -400,7 +399,7 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """Returns the files of ``mtllib`` lines, and names without a file; a line has one name, perhaps with blanks, or several."""
+    """Returns files, and names without a file; an ``mtllib`` line has one name, perhaps with blanks, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
@@ -414,7 +413,7 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
 
 
 def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes a mesh as the text of its file with changed numbers, or as a new text."""
+    """Writes a mesh."""
     document = mesh.document(ObjDocument)
     normals, of_corners = _normals_to_write(mesh, document)
     if document is not None and document.materials.lines:
@@ -541,7 +540,7 @@ def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
 
 
 def _looks(mesh: MeshData) -> Longs:
-    """Returns (m, 4) texture number, red, green and blue of each face; -1 for a missing value."""
+    """Returns (m, 4) texture number, red, green and blue; -1 for a missing value."""
     looks = np.full((len(mesh.faces), 4), -1, np.int64)
     if (numbers := mesh.face_attributes.get("texture")) is not None:
         looks[:, 0] = numbers
@@ -553,7 +552,7 @@ def _looks(mesh: MeshData) -> Longs:
 def _states_to_write(
     mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
 ) -> tuple[Longs, dict[int, bytes]]:
-    """Returns (m, 5) the state lines (`STATES`) that apply to each face, -1 for none, and the texts of these lines.
+    """Returns (m, 5) the lines of `STATES` that apply to each face, -1 for none, and the texts of these lines.
 
     Faces with another texture or colour than in the file get new materials, which are added to the material file.
     """

@@ -90,7 +90,6 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
 
 
 def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
-    """Returns the rows of faces; the triangles of a polygon form one row where possible."""
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
     unchanged = mesh.face_ids is None and mesh.vertex_ids is None
@@ -152,7 +151,7 @@ def _without_rows(table: Table | None) -> Table | None:
 def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
-    """Returns the table of an element: the rows `ids` of its table in the source file, with the new `values` and `colors`."""
+    """Returns the rows `ids` of an element's table in the source file, with the new `values` and `colors`."""
     if colors is not None:
         values = {**values, **_channels(colors, table, ids)}
     columns: dict[str, Column] = {}
@@ -223,7 +222,7 @@ def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[s
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the file's columns if colours are unchanged, else new ones in the file's range; bytes for channels not in it."""
+    """Returns the file's columns if colours are unchanged, else new ones in the file's range; bytes for channels it lacks."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR

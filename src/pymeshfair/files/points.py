@@ -18,7 +18,7 @@ from .inputs import Reading, References, unended
 from .outputs import Writing
 from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
 
-#: the header of a binary point set of Expe, and the types of its properties
+#: a binary point set of Expe: its header, and the types of its properties
 _EXPE = re.compile(rb"\[Expe/PointSet/Binary/0\.1\]\n((?:property \w+ \d+\n)+)nofpoints (\d+)\ndata\n")
 _OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
@@ -33,14 +33,14 @@ _ROUNDED = 1e-6  # the largest error in the last column of a PTX matrix
 
 @dataclass(frozen=True, eq=False)
 class PointsDocument:
-    """The parts of a text of points that the writer needs."""
+    """What the writer needs of a text of points."""
 
     columns: tuple[str, ...]  # the attribute in each column
-    titles: bytes = b""  # the line of titles, if there is one
-    separator: str = " "  # the characters between numbers
+    titles: bytes = b""  # the line of titles
+    separator: str = " "  # between numbers
     counted: bool = False  # whether a line with the number of points precedes the points
-    top: float = 255.0  # the value of full red, green or blue in the file: 255 or 1; 0 if no columns hold colours
-    has_comments: bool = False  # whether the text has comments besides the titles
+    top: float = 255.0  # the value of full red, green or blue: 255 or 1; 0 if no columns hold colours
+    has_comments: bool = False  # besides the titles
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -107,7 +107,6 @@ def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
 
 
 def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
-    """Guesses the attributes of untitled columns from their number and the ranges of their values."""
     width = values.shape[1]
     rgb = slice(4, 7) if width == 7 else slice(3, 6)
     are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255

@@ -16,8 +16,8 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
     `corners` has the (c,) vertex indices of all polygons in turn, `lengths` the number of corners of each, at least 3.
 
     Returns:
-        (m, 3) indices into `corners` for each triangle; (m,) the polygon of each triangle, or a full slice if all polygons are
-        triangles; and the attribute ``polygon`` of the triangles, see `outlines`.
+        (m, 3) indices into `corners`; (m,) the polygon of each triangle, or a full slice if all polygons are triangles; and the
+        attribute ``polygon`` of the triangles, see `outlines`.
     """
     if not len(lengths) or (lengths == 3).all():
         return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), slice(None), {}
@@ -28,13 +28,13 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
 
 
 def edges_of(corners: Longs, lengths: Longs) -> Array:
-    """Returns (e, 2) the edges between successive corners of polylines; `lengths` has the corner count of each."""
+    """Returns (e, 2) the edges of polylines; `lengths` has the corner count of each."""
     starts = np.delete(np.arange(len(corners)), np.cumsum(lengths)[lengths > 0] - 1)
     return np.stack([corners[starts], corners[starts + 1]], axis=1)
 
 
 def triangles_of(corners: Longs, lengths: Longs, *, fans: bool) -> Longs:
-    """Returns (t, 3) indices into `corners` of the triangles of strips or fans, without degenerate triangles."""
+    """Returns (t, 3) indices into `corners` of the triangles of strips or fans, without degenerate ones."""
     counts = np.maximum(lengths - 2, 0)
     first = np.repeat(np.cumsum(lengths) - lengths, counts)
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -152,7 +152,7 @@ class Tokens:
     """The lines of a text, without empty lines and comments."""
 
     text: Bytes
-    kinds: NDArray[np.uint8]  # (t,) the kind of each token
+    kinds: NDArray[np.uint8]  # (t,)
     values: Floats  # (t,) the numbers, rounded to the nearest double; 0 for words
     first: Longs  # (l + 1,) the first token of each line; the last entry is t
     #: (l,) the first token of each line, encoded by `word`; 0 for a number, and for a word of over 8 bytes
@@ -166,19 +166,18 @@ class Tokens:
         return np.diff(self.first)
 
     def spans(self, lines: Longs, columns: list[int]) -> Longs:
-        """Returns (l, c, 2) where words of the lines begin and end in the text; `columns` are ascending word numbers from 0."""
+        """Returns (l, c, 2) where words begin and end in the text; `columns` are ascending numbers of words in a line, from 0."""
         inside = _inside_words(self.text.tobytes())
         words = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
         return np.asarray(words[np.searchsorted(words[:, 0], self.starts[lines])[:, None] + columns])
 
     def line(self, k: int) -> bytes:
-        """Returns the bytes of a line, without its end."""
         start, end = self.starts[k], self.starts[k + 1] if k + 1 < len(self.starts) else len(self.text)
         return self.text[start:end].tobytes().replace(b"\r", b"\n").partition(b"\n")[0]
 
 
 def is_number(text: str) -> bool:
-    """Whether a word is a number, in ASCII and without the underscores of Python."""
+    """Whether a word is a number in ASCII, without Python's underscores."""
     try:
         float(text)
     except ValueError:
@@ -285,7 +284,7 @@ def changed_words(
 
 
 def patched(text: bytes, spans: Longs, new: Sequence[bytes]) -> bytes:
-    """Returns the text with new words at the (k, 2) ascending spans; the end of a span is exclusive."""
+    """Returns the text with new words at the (k, 2) ascending spans, whose ends are exclusive."""
     parts = [b""] * (2 * len(new) + 1)
     begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
     parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]

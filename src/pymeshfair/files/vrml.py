@@ -35,7 +35,7 @@ _STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
 _REFUSED = {"Inline", "EXTERNPROTO", "PROTO", "IMPORT", "Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoInstance", "IS"}
 _TRANSFORMS = ("Transform", "CADPart")
 _GROUPS = (*_TRANSFORMS, "Group", "StaticGroup", "Anchor", "Billboard", "Collision", "Switch", "LOD", "CADAssembly", "CADFace")
-#: nodes that show one child, with the field of the child's index (none: the first child); fields whose nodes are not shown
+#: nodes that show one child, with the field of the child's index ("": the first); fields whose nodes are not shown
 _CHOSEN, _HIDDEN = {"Switch": "whichChoice", "LOD": ""}, ("proxy", "metadata")
 #: nodes of values: the field of the values, and how many numbers a value has
 _VALUES = {
@@ -76,7 +76,6 @@ class _Node:
 
 
 def _check_type(type: str) -> None:
-    """Refuses a node whose type is in `_REFUSED`."""
     if type in _REFUSED:
         raise ContentsError(f"it has a node of the type {type}, which is not supported; save it without such nodes")
 

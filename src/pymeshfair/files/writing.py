@@ -2,8 +2,8 @@
 
 An existing file is replaced on request, or if a run with the same input, recipe and layers wrote it and it was not changed since.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
-A power failure or a killed process may leave a staging folder behind. A working process holds a lock in its folder. The next
-run that writes beside the folder removes it if its lock is free. On a system without locks users remove such folders.
+A power failure or a killed process may leave a staging folder behind. The next run that writes beside the folder removes it if
+no process holds the lock in the folder. On a system without locks users remove such folders.
 The folder of a run by tiles may hold hours of work, so only a run by tiles to the same output, or `doctor`, removes it.
 """
 
@@ -33,15 +33,15 @@ _KINDS = (
 )
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
-_LOCK = "lock"  # the name of the lock file in a staging folder, and in the folder of a run by tiles
-#: seconds after which a folder without a lock file counts as abandoned; a younger folder may be in creation or removal
+_LOCK = "lock"  # the lock file in a staging folder, and in the folder of a run by tiles
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
 _GRACE = 3600.0
 
 
 def check_place(path: Path, *, makes_folder: bool = False) -> bool:
     """Returns whether the path is a regular file; refuses a path where no file can be put.
 
-    With `makes_folder` missing folders will be made, in the nearest that exists.
+    With `makes_folder` missing folders will be made: only the nearest existing folder above the path is checked.
     """
     folder = next(filter(os.path.lexists, path.parents), path.parent) if makes_folder else path.parent
     try:
@@ -87,7 +87,7 @@ def output_lock(output: Path) -> Iterator[None]:
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
-            if not (folder / _LOCK).exists():  # a run died before it locked its new folder
+            if not (folder / _LOCK).exists():  # a run died before it locked it
                 remove_folder(folder)
         try:
             yield
@@ -141,7 +141,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def in_use(folder: Path) -> Iterator[None]:
-    """Holds a lock in a folder, so that it does not count as abandoned."""
+    """Holds a lock in a folder, so that the folder does not count as abandoned."""
     system = this_system()
     # The file gets its final name once it is locked, so that no other run sees an unlocked lock file.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
@@ -220,7 +220,7 @@ def to_disk(file: BinaryIO) -> None:
 
 @dataclass(frozen=True)
 class StagedFile:
-    """A finished file in a staging folder, and its target."""
+    """A finished file in a staging folder."""
 
     staged: Path
     target: Path

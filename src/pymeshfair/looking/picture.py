@@ -35,16 +35,16 @@ from .shading import Camera, Scene, render, rotated, texture_of
 
 # ------------------------------------------------------------------------------------------------ colours of measures
 
-#: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) where larger numbers begin
+#: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) of numbers just beyond it
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers of the vertices or faces of one mesh."""
+    """Numbers of one mesh."""
 
-    values: Floats  # (n,) or (m,)
-    by_face: bool = False  # whether the values belong to faces
+    values: Floats  # (n,) of vertices, or (m,) of faces
+    by_face: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Coloring:
 
 
 def in_unit(label: str, unit: str | None) -> str:
-    """Replaces mesh units in the label of a coloring by the unit of the scan, if there is one."""
+    """Replaces mesh units in a label by the unit of the scan, if there is one."""
     return re.sub("mesh units?", unit, label) if unit else label
 
 
@@ -162,7 +162,7 @@ VIEWS = {
     "bottom": (0.0, -90.0),
     "iso": (35.0, 25.0),
 }
-#: the width of the margin on every side, as a share of the picture
+#: the margin on every side, as a share of the picture
 _MARGIN = 0.03
 
 
@@ -210,7 +210,7 @@ def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Cam
 
 # ------------------------------------------------------------------------------------------------------------- panels
 
-#: the greatest length of a scale bar, as a share of the width of a panel
+#: the longest scale bar, as a share of the width of a panel
 _SCALE_BAR = 0.25
 
 
@@ -222,20 +222,19 @@ class Appearance:
     azimuth: float = 0.0  # see `view_rows`
     elevation: float = 0.0
     up: str = "y"  # the upright axis, "y" or "z"
-    centre: tuple[float, float, float] | None = None  # the centre (x, y, z) of a close-up; None to show all
+    centre: tuple[float, float, float] | None = None  # of a close-up; None to show all
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
-    width: int = 640  # the width of a panel, in pixels
-    height: int = 640  # the height of a panel, in pixels
-    stripes: float = 8.0  # the number of lamps all round, for reflection lines, see `reflection_stripes`
-    titles: bool = True  # whether every panel has a title
+    width: int = 640  # of a panel, in pixels
+    height: int = 640
+    stripes: float = 8.0  # see `reflection_stripes`
+    titles: bool = True
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
     columns: int = 4  # the largest number of panels in a row
-    limits: Limits | None = None  # the ends of the colour bar; None to compute them from the numbers
-    tolerance: float = 0.0  # numbers of a diverging coloring that are within the tolerance have one colour; 0 for none
-    unit: str = ""  # the unit of the scan, or empty
+    limits: Limits | None = None  # see `Coloring`
+    tolerance: float = 0.0  # see `Coloring.colors`
+    unit: str = ""  # of the scan
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
-        """Returns the camera for all meshes."""
         rows, aspect = view_rows(self.azimuth, self.elevation, self.up), self.width / self.height
         if self.centre is None:
             return fitting_camera(clouds, rows, aspect)
@@ -325,7 +324,7 @@ _SMALLEST = 10
 
 
 def write_title(picture: Image.Image, text: str, left: int, top: int, width: int) -> None:
-    """Writes a title in the middle of a strip, with a smaller font or shortened if it is too long."""
+    """Writes a title in the middle of a strip, smaller or shortened if it is too long."""
     draw = ImageDraw.Draw(picture)
     font, text = _fitting(draw, text, width - 12)
     draw.text((left + width / 2, top + TITLE_STRIP / 2), text, fill=INK, font=font, anchor="mm")
@@ -346,7 +345,7 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
 def draw_color_bar(
     picture: Image.Image, top: int, limits: Limits, colors: Callable[[Floats, Limits], Floats], label: str
 ) -> None:
-    """Draws a colour bar half as wide as the picture, with the numbers at its ends and its label."""
+    """Draws a colour bar half as wide as the picture, with numbers at its ends and its label."""
     width = picture.width // 2
     left = (picture.width - width) // 2
     low, high = limits
@@ -369,12 +368,12 @@ def round_length(most: float) -> float:
 
 
 def number(value: float) -> str:
-    """Returns a number with three digits, for the text beside a bar."""
+    """Returns a number with three digits."""
     return f"{value + 0.0:.3g}"
 
 
 def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
-    """Returns a font in which the text is at most `width` wide, and the text, without its middle if no font is small enough."""
+    """Returns a font in which the text is at most `width` wide, and the text, without its middle if the smallest is too large."""
     for pixels in range(size, _SMALLEST - 1, -1):
         font = ImageFont.load_default(pixels)
         if draw.textlength(text, font) <= width:

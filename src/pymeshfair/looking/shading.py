@@ -22,10 +22,10 @@ from ..mesh_data.mesh_data import read_pixels, sampled
 SUPERSAMPLING = 2
 #: the colour of a mesh without colours
 CLAY = np.array([0.72, 0.745, 0.78])
-#: the colour that is mixed into the colours of the inner side of a surface, to mark this side
+#: the colour that is mixed into the colours of the inner side of a surface
 _INSIDE = np.array([0.55, 0.36, 0.30])
 _BACKGROUND = 1.0
-#: the direction to the light, at the upper left behind the eye, in camera coordinates
+#: the direction to the light, behind the eye at the upper left
 _LIGHT = np.array([-0.38, 0.48, 0.79])
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
@@ -46,8 +46,8 @@ class Camera:
 
     rows: Floats  # (3, 3) the directions to the right, upwards and to the eye
     centre: Floats  # (3,) the point in the middle of the picture
-    width: float  # the width of the window, in mesh units
-    height: float  # the height of the window, in mesh units
+    width: float  # of the window, in mesh units
+    height: float
 
     def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
         """Returns (n, 3): pixels from the left, pixels from the top, and nearness to the eye in mesh units."""
@@ -66,13 +66,13 @@ def rotated(vectors: Floats, rows: Floats) -> Floats:
 class Scene:
     """The contents of one panel: a mesh, a cloud, or polylines."""
 
-    vertices: Floats  # (n, 3) coordinates
-    faces: Ints  # (m, 3) triangles
-    edges: Ints  # (e, 2) edges of polylines, drawn if there are no faces
+    vertices: Floats  # (n, 3)
+    faces: Ints  # (m, 3)
+    edges: Ints  # (e, 2) of polylines, drawn if there are no faces
     #: (n, 3) colours of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
     colors: Floats | None = None
-    by_face: bool = False  # whether colours belong to faces
-    normals: Floats | None = None  # (n, 3) normals of a cloud, for its shading; or None
+    by_face: bool = False
+    normals: Floats | None = None  # (n, 3) of a cloud, for its shading
     texture: Sampler | None = None  # replaces `colors`
     #: replaces colours and light: computes (k, 3) colours from (k, 3) unit normals in mesh coordinates
     paint: Callable[[Floats], Floats] | None = None
@@ -103,7 +103,7 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
 
 
 def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
-    """Returns the (k, 3) colours of the pixels in the mask `seen`."""
+    """Returns (k, 3) the colours of the pixels in the mask `seen`."""
     elements = buffer.elements[seen]
 
     def at_pixels(values: Floats) -> Floats:
@@ -170,7 +170,7 @@ def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats
 
 
 def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
-    """Returns the positions of the dots that draw a cloud or polylines, and the vertex whose colour each dot has."""
+    """Returns the dots that draw a cloud or polylines, and the vertex whose colour each dot has."""
     if not len(scene.edges):
         return screen, np.arange(len(screen), dtype=np.int32)
     start, end = screen[scene.edges[:, 0]], screen[scene.edges[:, 1]]
@@ -222,7 +222,7 @@ def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) 
 
 @compiled
 def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> None:
-    """Draws a disc for every point, with a radius in pixels; see `draw_triangles`."""
+    """Draws a disc of this radius in pixels for every point; see `draw_triangles`."""
     height, width = elements.shape
     for i in range(screen.shape[0]):
         x, y, z = screen[i]

@@ -18,7 +18,7 @@ else:  # their import takes longer than that of pymeshlab
 
 
 class LateMethods(type):
-    """The metaclass that adds the methods of plugin filters when a missing method or the list of methods is requested."""
+    """Adds the methods of plugin filters when a missing method or the list of methods is requested."""
 
     def __getattr__(cls, name: str) -> Any:
         if not name.startswith("_"):
@@ -70,7 +70,6 @@ class _LateMethod:
 def _add_plugin_methods() -> None:
     for declared in registry.custom_filters():
         name = declared.python_name
-        # If pymeshlab has another method of this name, that method stays.
         if not hasattr(BASE, name) and name not in vars(FilterMethods):
             setattr(FilterMethods, name, _LateMethod(name))
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 #: how long a scheduler may take to answer
 _ANSWER = "10s"
-#: prefix of the name of the probe file, which workers read to prove that they see the folder of outputs
+#: prefix of the probe file, which workers read to prove that they see the folder of outputs
 _PROBE_PREFIX = ".pymeshfair-batch-"
 
 
@@ -45,10 +45,9 @@ class Scheduler:
     file: Path | None = None  # the file to which ``dask scheduler --scheduler-file`` writes its address
     ca_file: Path | None = None  # certificates of the authorities that the client trusts
     certificate: Path | None = None  # the certificate of this client
-    key: Path | None = None  # the private key of this client
+    key: Path | None = None  # its private key
 
     def place(self) -> str:
-        """Returns the address."""
         if self.file is None:
             return self.address
         try:
@@ -99,8 +98,8 @@ class Conditions:
     probe: Path  # a file in the folder of outputs
     token: str  # the content of that file
     inputs: Mapping[Path, int | None]  # some inputs with their sizes in bytes, None if unknown
-    recipe: bytes  # the pickled recipe
-    digest: str  # the checksum of the recipe
+    recipe: bytes  # pickled
+    digest: str  # of the recipe
 
     def unfit(self) -> list[str]:
         """Returns the reasons why this process cannot be a worker; empty if it can."""
@@ -149,7 +148,7 @@ def conditions(folder: Path, recipe: Any, inputs: Sequence[Path]) -> Iterator[Co
 
 
 def check_workers(client: Client, worker_conditions: Conditions) -> None:
-    """Raises `ClusterError` if a worker does not meet the conditions, or if there are no workers."""
+    """Raises `ClusterError` if a worker does not meet the conditions, or if there is none."""
     answers = client.run(worker_conditions.unfit, on_error="return")
     if not answers:
         raise ClusterError("the scheduler has no workers; start workers, then start the run again")

@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
-It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
-waits for the first order. Its parent process sends the orders; when the parent ends, the worker ends too, even during a task.
+It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. When its parent process, which
+sends the orders, ends, the worker ends too, even during a task.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
 
 class DefectError(PymeshfairError):
-    """A task raised an unexpected exception, a defect of pymeshfair; the message names the exception."""
+    """A task raised an unexpected exception, which the message names: a defect of pymeshfair."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,6 @@ class Order:
     def of(
         cls, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None, if_lost: Callable[[], None] | None = None
     ) -> Order:
-        """Returns the order to call `task` with the arguments."""
         return cls(pickle.dumps((task, arguments)), memory_limit, None if if_lost is None else pickle.dumps(if_lost))
 
 
@@ -54,13 +53,13 @@ class Order:
 class Answer:
     """The result of a task."""
 
-    result: Any = None  # its return value
+    result: Any = None
     #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`; or None
     error: Exception | None = None
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
     peak_memory: int | None = None  # the peak memory during the task in bytes, or None if the system does not measure it
-    is_used_up: bool = False  # whether the process must not do another task, see `use_up`
+    is_used_up: bool = False  # see `use_up`
 
 
 def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
@@ -135,7 +134,7 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads the modules and the linker, which orders need, but stops when the first order arrives."""
+    """Loads the modules and the linker; stops when the first order arrives."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]

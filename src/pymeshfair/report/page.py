@@ -1,7 +1,7 @@
 """HTML pages that need no network: pictures, charts, sections and meshes are embedded, and only their own scripts may run.
 
-Parts of a page are macros in ``templates/parts.html``; `render` fills a template that imports them. The template engine escapes
-every text, so that the name of a scan cannot contain active HTML.
+Parts of a page are macros in ``templates/parts.html``. The template engine escapes every text, so that the name of a scan cannot
+contain active HTML.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ from ..places import point_text
 
 #: the scripts of a page with the viewer
 VIEWER = ("viewer.js", "page.js")
-#: the largest number of characters of a value in a list of parameters
 _SHORT = 120
 
 
@@ -47,7 +46,7 @@ class Figure:
 
 
 def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
-    """A picture, embedded as a PNG file of 128 colours."""
+    """Embeds a picture as a PNG file of 128 colours."""
     file = io.BytesIO()
     picture.quantize(128).save(file, format="PNG", optimize=True)
     source = f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
@@ -81,7 +80,7 @@ def _environment() -> Environment:
 
 
 def short(value: Any) -> str:
-    """The value of a parameter as text, cut to 120 characters and an ellipsis if it is longer."""
+    """The value of a parameter as text, cut to 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
 
@@ -118,7 +117,7 @@ def outline(mesh: MeshData, plane: Plane) -> Floats:
     above = heights[mesh.faces] >= 0.0
     cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
     up = heights[cut] >= 0.0
-    # The corner that is alone on its side comes first, as the plane cuts the two edges at this corner.
+    # The corner that is alone on its side comes first: the plane cuts its two edges.
     alone = np.where(up.sum(axis=1) == 1, up.argmax(axis=1), (~up).argmax(axis=1))
     first, *others = (cut[np.arange(len(cut)), (alone + k) % 3] for k in range(3))
     flat = np.delete(mesh.vertices, plane.axis, axis=1)
@@ -132,22 +131,21 @@ def outline(mesh: MeshData, plane: Plane) -> Floats:
 #: the sizes of a chart and of a section, in units that the page scales
 _WIDTH, _HEIGHT, _SECTION_HEIGHT, _MARGIN = 460, 220, 320, 16
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 450, 22, 184
-#: the number of bars of a histogram
-_BARS = 48
+_BARS = 48  # of a histogram
 
 
 @dataclass(frozen=True)
 class Chart:
     """The data for the template of a chart."""
 
-    title: str  # the subject
+    title: str
     summary: str  # a sentence about the data, for screen readers
     across: str  # the quantity of the horizontal axis; the vertical axis shows percent
     lines: dict[str, str]  # the paths of the curves, under "before" and "after", which the style sheet distinguishes
-    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: the place and the text of each
-    ticks_upwards: list[tuple[float, str]]  # the marks at the vertical axis
-    headers: tuple[str, ...]  # the headings of the table's columns
-    rows: tuple[tuple[str, ...], ...]  # the rows of the table
+    ticks_across: list[tuple[float, str]]  # the marks at the horizontal axis: place and text
+    ticks_upwards: list[tuple[float, str]]
+    headers: tuple[str, ...]  # of the table's columns
+    rows: tuple[tuple[str, ...], ...]  # of the table
 
     width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
@@ -208,15 +206,15 @@ class SectionChart:
 
     title: str  # the plane, and the directions of the other two axes
     before: str  # the path of the outline of the first mesh
-    after: str  # the path of the outline of the second mesh
+    after: str  # of the second mesh
     bar: float  # the length of the scale bar in the picture
-    bar_words: str  # the length of the scale bar on the scan, with the unit if there is one
+    bar_words: str  # its length on the scan, with the unit if there is one
 
     width, height = _WIDTH, _SECTION_HEIGHT
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart:
-    """The section of two meshes, at least one of which the plane cuts. `unit` is the unit of the scan, or None."""
+    """The section of two meshes, at least one of which the plane cuts."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -12,7 +12,7 @@ from .values import check_expressions, parse_value
 
 
 def override(script: Script, overrides: Sequence[str]) -> Script:
-    """The script with these values; in any order those for a step go over those for a setting, else later over earlier ones.
+    """The script with these values. A value for a step wins over a value for a setting; otherwise the later value wins.
 
     A text is ``NAME=VALUE`` for a setting, or ``STEP.PARAM=VALUE`` for a parameter. STEP is a tag, which several steps may have;
     the step's number, from 1; or a filter's name or a part of it that fits one step. `parse_value` says how VALUE is written.
@@ -34,7 +34,6 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
 
 
 def _with_setting(script: Script, name: str, value: str) -> Script:
-    """The script with another value for one of its settings, in all steps that use it."""
     names = [setting.name for setting in script.settings]
     if name not in names:
         words = hint(name, names, f"it has {', '.join(names)}")
@@ -48,7 +47,6 @@ def _with_setting(script: Script, name: str, value: str) -> Script:
 
 
 def _parsed(declared: Filter, texts: Mapping[str, str]) -> dict[str, Any]:
-    """The values of a filter's parameters, from their texts."""
     values = {name: parse_value(declared.parameter(name), text) for name, text in texts.items()}
     check_expressions(declared, values)
     return values
@@ -90,7 +88,7 @@ def _step_index(steps: Sequence[Step], name: str) -> int:
 
 
 def with_step(script: Script, declared: Filter, values: Mapping[str, Any]) -> Script:
-    """The script, no longer that of a file, with one more step; settings in `values` become settings of the script."""
+    """The script with one more step and without a path; settings in `values` become settings of the script."""
     used = {name: value for name, value in values.items() if isinstance(value, Setting)}
     checked = declared.check({**values, **_parsed(declared, {name: setting.default for name, setting in used.items()})})
     check_expressions(declared, checked)

@@ -29,12 +29,12 @@ SETTING_ATTRIBUTES = ("name", "default", "unit", "description")
 class Problem:
     """One problem of a script."""
 
-    message: str  # the mistake, the text in the script, and what is allowed
+    message: str
     file: str  # the path or name of the script
     line: int | None = None  # counted from 1; None if the problem is with the whole file
-    filter: str | None = None  # the name of the filter, as the script writes it
-    parameter: str | None = None  # the name of the parameter, as the script writes it
-    suggestion: str | None = None  # the text to write instead, if one is likely
+    filter: str | None = None  # its name, as the script writes it
+    parameter: str | None = None  # its name, as the script writes it
+    suggestion: str | None = None  # the text to write instead
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
@@ -56,15 +56,14 @@ class ScriptError(PymeshfairError):
 class Change:
     """One change by an upgrade."""
 
-    line: int  # the line of the old script, counted from 1
-    filter: str  # the filter's name in the old script; empty if the change is not about a filter
+    line: int  # of the old script, counted from 1
+    filter: str  # its name in the old script; empty if the change is not about a filter
     what: str  # the change
-    parameter: str | None = None  # the parameter's name in the old script; None if the change is not about a parameter
+    parameter: str | None = None  # its name in the old script; None if the change is not about a parameter
     meaning: str = ""  # how the new script's result differs from the old script's; or empty
 
     @property
     def same_meaning(self) -> bool:
-        """Whether the script still does what it did."""
         return not self.meaning
 
     def __str__(self) -> str:
@@ -95,9 +94,9 @@ class Setting:
 
     name: str  # the name in ``--set NAME=VALUE``
     default: str  # the value as on a command line, such as ``6edge``
-    unit: str = ""  # the unit or the kind of the value, for readers; may be empty
-    description: str = ""  # its effect; may be empty
-    line: int | None = field(default=None, compare=False)  # its line in the file, counted from 1; None without a file
+    unit: str = ""  # the unit or the kind of the value, for readers
+    description: str = ""  # its effect
+    line: int | None = field(default=None, compare=False)  # in the file, counted from 1; None without a file
 
     def __post_init__(self) -> None:
         checked_name(self.name, "setting")
@@ -107,13 +106,13 @@ class Setting:
 class Step:
     """One filter of a script with the values that the script gives."""
 
-    filter: Filter  # the filter that runs
+    filter: Filter
     #: by Python parameter name, as `Filter.check` returns them; a parameter without a value takes its default on the step's mesh
     values: Mapping[str, Any] = field(default_factory=dict)
     line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1; None without a file
-    tag: str = ""  # a name, which several steps of a recipe may share; may be empty
+    tag: str = ""  # a name, which several steps of a recipe may share
     settings: Mapping[str, str] = field(default_factory=dict)  # by Python parameter name, the setting that gives the value
-    #: diagonal and mean edge of the mesh that it ran on, for the absolute lengths in a file; None if they are not known
+    #: diagonal and mean edge of the mesh that it ran on, to write relative lengths in mesh units; None if unknown
     size: tuple[float, float] | None = field(default=None, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -124,7 +123,7 @@ class Step:
         return self.with_checked(self.filter.check(values))
 
     def with_checked(self, values: Mapping[str, Any]) -> Step:
-        """The step with these checked values; its other values stay. A changed value no longer comes from a setting."""
+        """As `with_values`, for checked values. A changed value no longer comes from a setting."""
         settings = {n: s for n, s in self.settings.items() if n not in values or self.values.get(n) == values[n]}
         return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
@@ -155,7 +154,6 @@ class Step:
 
 
 def _restored(filter: str, *fields: Any) -> Step:
-    """An unpickled step; its filter is found by name."""
     return Step(find_filter(filter), *fields)
 
 
@@ -165,10 +163,10 @@ class Script:
 
     steps: tuple[Step, ...]  # in the order in which they run
     comment: str = ""  # the text of the head comment
-    path: Path | None = field(default=None, compare=False)  # the file of the script
+    path: Path | None = field(default=None, compare=False)
     guards: Guards = NO_GUARDS  # the limits on the result
-    settings: tuple[Setting, ...] = ()  # the named values that steps share
-    unit: str = ""  # the unit of the scans the script is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
+    settings: tuple[Setting, ...] = ()
+    unit: str = ""  # of the scans the script is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
         """A problem with a step, or with its parameter that has this name in scripts."""
@@ -176,13 +174,13 @@ class Script:
         return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
-        """The script with these steps in place of its present steps; settings that no step uses are left out."""
+        """The script with these steps in place of its own; settings that no step uses are left out."""
         chosen = tuple(steps)
         used = {name for step in chosen for name in step.settings.values()}
         return replace(self, steps=chosen, settings=tuple(s for s in self.settings if s.name in used))
 
     def with_defaults(self, *, lengths: bool = True) -> Script:
-        """The script with `Step.with_defaults` applied to every step."""
+        """See `Step.with_defaults`."""
         return replace(self, steps=tuple(step.with_defaults(lengths=lengths) for step in self.steps))
 
 

@@ -45,7 +45,7 @@ _MOST_CHOICES = 1000  # a limit, because MeshLab allocates memory for as many wo
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_MOST_DIGITS = 400  # characters of a number
+_MOST_DIGITS = 400
 _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("false", "no", "off", "0"), False)
 
 
@@ -97,14 +97,13 @@ def _names(parameter: Parameter) -> Sequence[str]:
 
 
 def _assembled(parameter: Parameter, numbers: Sequence[Any]) -> Any:
-    """The value that consists of these numbers; a matrix has them row by row."""
     if isinstance(parameter, Matrix) and len(numbers) == 16:
         return [numbers[i : i + 4] for i in range(0, 16, 4)]
     return numbers if isinstance(parameter, Point | Color | Matrix) else numbers[0]
 
 
 def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    """Complaints about attributes that MeshLab needs to read the value: a fitting type, and attributes that the type requires."""
+    """Complaints about what MeshLab needs to read the value: a fitting type, and attributes that the type requires."""
     written, wanted = attributes.get("type"), parameter.xml_type
     dropped = "is missing; MeshLab would drop the parameter and take its default"
     if written is None:
@@ -124,7 +123,7 @@ def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Co
 
 
 class _RefusedError(Exception):
-    """The value cannot be read; the arguments of this exception are the complaint."""
+    """The value cannot be read; the arguments are the complaint."""
 
 
 def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
@@ -141,7 +140,6 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
 
 
 def _read(parameter: Parameter, attributes: Attributes) -> Any:
-    """The value in the attributes, not yet checked by the parameter."""
     if isinstance(parameter, Shot):
         words = "cannot be given in a script: MeshLab reads and writes no cameras there; leave the parameter out"
         raise _RefusedError(words, None)
@@ -198,7 +196,7 @@ def _read_choice(parameter: Enum, attributes: Attributes) -> str:
 
 
 def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:
-    """The attributes of the ``<Param>`` for a checked value, in the order in which they are written."""
+    """The attributes of the ``<Param>`` for a checked value, in order."""
     written = {"type": parameter.xml_type, "name": parameter.xml_name}
     value = parameter.to_number(value)
     if isinstance(parameter, Bool):
@@ -247,7 +245,7 @@ def is_expression(filter_name: str, parameter_name: str) -> bool:
 
 
 def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
-    """Check which of a filter's values are expressions, and raise `ParameterError` for one that MeshLab cannot evaluate."""
+    """`check_expression` for all of a filter's values."""
     for parameter in declared.parameters:
         if parameter.name in values:
             check_expression(declared.python_name, parameter, values[parameter.name])

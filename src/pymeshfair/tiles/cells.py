@@ -43,12 +43,12 @@ class Column:
     """An array in its own file, read and written by rows; processes may write different rows at the same time."""
 
     path: Path
-    dtype: str  # numpy's name of the type, such as ``"<f8"``
+    dtype: str
     width: int = 1  # numbers in a row
 
     @property
     def row(self) -> int:
-        """Returns the size of a row in bytes."""
+        """The size of a row in bytes."""
         return np.dtype(self.dtype).itemsize * self.width
 
     def __len__(self) -> int:
@@ -65,14 +65,14 @@ class Column:
             yield self.read(first, first + size)
 
     def write(self, first: int, values: NDArray[Any]) -> None:
-        """Writes rows from `first` on; creates the file if it does not exist. Rows that were never written are 0."""
+        """Writes rows from `first` on. Rows that were never written are 0."""
         self.path.touch()
         with self.path.open("r+b") as file:
             file.seek(first * self.row)
             file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def gather(self, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Returns the given rows, an array of any shape, through a memory map; use it for few rows that lie in groups."""
+        """Returns the given rows, an array of any shape, through a memory map: for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         mapped = np.memmap(self.path, self.dtype, "r")
@@ -89,7 +89,7 @@ class Part:
 
     @property
     def slots(self) -> Longs:
-        """Returns the (n + o,) slots of all points."""
+        """(n + o,) the slots of all points."""
         return np.concatenate([np.arange(self.begin, self.end), self.outside])
 
     def rows(self, slots: NDArray[Any]) -> NDArray[Any]:
@@ -99,16 +99,15 @@ class Part:
         return rows
 
     def read_inside(self, column: Column) -> NDArray[Any]:
-        """Returns the values of the points of the tile."""
         return column.read(self.begin, self.end)
 
     def read_all(self, column: Column) -> NDArray[Any]:
-        """Returns the values of all points, those outside at the end."""
+        """Returns the values of all points, those outside last."""
         return np.concatenate([self.read_inside(column), column.gather(self.outside)])
 
 
 class Stored:
-    """Descriptor of an attribute that is a column: the file of this name in `folder` of the object, or of its `cells` if any."""
+    """An attribute that is a column: its name is the name of the file, in `folder` of the object or of the object's `cells`."""
 
     def __init__(self, dtype: str, width: int = 1) -> None:
         self._kind = dtype, width
@@ -128,7 +127,7 @@ class Results:
 
     @property
     def numbers(self) -> Column:
-        """Returns the column with the number of the point of each row."""
+        """The number of the point of each row."""
         return Column(self.values.path.with_name(f"{self.values.path.name}.numbers"), "<i8")
 
     def write(self, first: int, numbers: Longs, values: NDArray[Any]) -> None:
@@ -159,12 +158,11 @@ class Results:
 class Bucket:
     """Points that fit into memory, in a file of `ROW` records, sorted by number."""
 
-    path: Path  # the file
+    path: Path
     count: int  # number of points
     first: int = 0  # its first row in the file; buckets of coincident points share a file
 
     def read(self) -> tuple[Floats, Longs]:
-        """Returns the coordinates and the numbers."""
         rows = np.fromfile(self.path, ROW, self.count, offset=self.first * ROW.itemsize)
         assert len(rows) == self.count, f"{self.path}: {len(rows)} of {self.count} points"
         return np.ascontiguousarray(rows["point"]), np.ascontiguousarray(rows["number"])
@@ -251,7 +249,7 @@ def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
 class Cells:
     """The files of the points: the slot of a point is its row in them, its number is its index in the input."""
 
-    folder: Path  # of the files
+    folder: Path
     count: int  # number of points
     scale: float  # the power of two of `tree_scale`, by which trees divide coordinates
 
@@ -269,7 +267,7 @@ class Cells:
 
     @property
     def cell(self) -> int:
-        """Returns the number of points of a cell; the last cell of a bucket may have fewer."""
+        """The number of points of a cell; the last cell of a bucket may have fewer."""
         return max(CELL, -(-self.count // MOST_CELLS))
 
     def _fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
@@ -284,7 +282,7 @@ class Cells:
         return starts + first, boxes
 
     def _index(self, filled: Sequence[tuple[Longs, Floats]], buckets: Sequence[Bucket]) -> None:
-        """Writes the first slots and the boxes of all cells, in the order of the buckets; removes the buckets."""
+        """Writes what `_fill` returned for each of the buckets; removes their files."""
         self._starts.write(0, np.concatenate([*(starts for starts, _ in filled), [self.count]]))
         self._boxes.write(0, np.concatenate([boxes for _, boxes in filled]).reshape(-1, 6))
         for bucket in buckets:
@@ -292,12 +290,12 @@ class Cells:
 
     @property
     def starts(self) -> Longs:
-        """Returns the (c + 1,) first slots of the cells, and the number of points at the end."""
+        """(c + 1,) the first slots of the cells, and the number of points."""
         return _read_index(self._starts, self._boxes, self.scale)[0]
 
     @property
     def tree(self) -> CellTree:
-        """Returns the boxes of the cells, divided by `scale`."""
+        """The boxes of the cells, divided by `scale`."""
         return _read_index(self._starts, self._boxes, self.scale)[1]
 
     def slots_of(self, first: int, last: int) -> tuple[int, int]:
@@ -306,7 +304,6 @@ class Cells:
         return int(starts[first]), int(starts[last])
 
     def slots_of_tiles(self, tiles: Ranges) -> Ranges:
-        """Returns the range of slots of each tile, see `slots_of`."""
         return [self.slots_of(*tile) for tile in tiles]
 
     def ranges_of(self, cells: Longs) -> Ranges:
@@ -327,7 +324,6 @@ class Cells:
 
 @lru_cache(maxsize=1)
 def _read_index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
-    """Reads the first slots and the boxes of all cells, once in each process."""
     first = starts.read(0, len(starts))
     corners = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
     return first, CellTree.over(corners, np.diff(first))
