@@ -56,7 +56,7 @@ def blocks(count: int) -> Iterator[slice]:
 
 
 def threads_for(size: int) -> AbstractContextManager[None]:
-    """A context in which kernels called from this thread run on one thread if `size` vertices are few."""
+    """A context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
     return nullcontext() if size >= SERIAL_BELOW else single_thread()
 
 

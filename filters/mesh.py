@@ -127,7 +127,7 @@ def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
-    """(n,) which vertices may move: all for None; `FilterInputError` unless there is one truth value for each vertex."""
+    """(n,) which vertices may move: all of them for None; `FilterInputError` unless there is one truth value for each vertex."""
     return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
 
 
@@ -247,8 +247,8 @@ class NormalisedMesh:
     def check_far(self) -> None:
         """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
 
-        With the rounding u, an edge e between vertices v is e / (u |v|) units long, and between points p e / (u |p|) units: fewer
-        than the root of the first number if e |v| < u |p|^2. In a cloud, edges join points that follow each other.
+        An edge of length e is e / (u |v|) units of rounding between vertices v, and e / (u |p|) between points p: fewer than the
+        root of the first number if e |v| < u |p|^2. In a cloud, edges join points that follow each other.
         """
         cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
         chosen = np.arange(0, count, max(1, count // _SAMPLE))

@@ -48,7 +48,7 @@ class Patch(NamedTuple):
     points: Floats  # (k + a, 3) the rim vertices, then the new vertices
     sizes: Floats  # (k + a,) the target edge length at each point
     triangles: Ints  # (b, 3) indices of `points`
-    n_rim: int  # k, the number of rim vertices
+    n_rim: int  # k
 
 
 def refined_patch(

@@ -31,7 +31,7 @@ _MOST_TRIES = 20
 class VertexPairs(NamedTuple):
     """Unordered pairs of vertices 0 to size - 1."""
 
-    size: int  # number of vertices
+    size: int
     keys: Longs  # (p,) i size + j for each pair (i, j) and for (j, i), ascending
 
     def restricted(self, chosen: Ints) -> "VertexPairs":

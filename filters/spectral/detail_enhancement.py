@@ -39,7 +39,7 @@ _STEPS = 300
 class EnhancedDetails:
     """A surface with enhanced relief; lengths in mesh units."""
 
-    vertices: Floats  # (n, 3) the new coordinates
+    vertices: Floats  # (n, 3)
     detail_size: float = 0.0  # the shortest wavelength of the relief; 0 without a face of positive area
     largest_size: float = 0.0  # the longest wavelength of the relief
     height: float = 0.0  # the root mean square height of the input's relief over the vertices

@@ -70,7 +70,7 @@ def find_filter(name: str) -> Filter:
 
 
 def reload_plugins() -> None:
-    """Searches for plugins again, for example after an installation from a running notebook."""
+    """Searches for plugins again, as after an installation from a running notebook."""
     importlib.invalidate_caches()
     _load.cache_clear()
 

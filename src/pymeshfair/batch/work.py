@@ -142,7 +142,7 @@ class BatchRun:
     listener: Listener
     outcomes: dict[int, Outcome]  # by number of the scan; `run` adds the new outcomes
     draws: bool  # draw pages
-    stop: bool  # stop after the first scan that fails or breaks a guard
+    stop: bool  # see `Task`
     pages: dict[str, str] = field(default_factory=dict)  # by output: why there is no page; empty if there is one
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
@@ -274,7 +274,7 @@ class Task:
     """One batch."""
 
     scans: Sequence[Scan]
-    template: Job  # the options that all runs share
+    template: Job  # see `Station`
     folder: Path  # of outputs, an absolute path; is made if it does not exist
     scheduler: Scheduler | None  # of dask; None for this machine
     jobs: int  # the number of scans cleaned at a time on this machine

@@ -172,7 +172,7 @@ _BYTES = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "
 
 
 def memory_limit(text: str | None) -> int | None:
-    """The number of bytes in a text for ``--memory``, such as ``4GB``, ``500MB`` or ``2GiB``; None without a text."""
+    """The number of bytes in a text for ``--memory``, such as ``4GB`` or ``2GiB``; None without a text."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 def lengths_in_mesh_units(
     tolerance: str | None, limits: str | None, unit: str | None, diagonal: float, mean_edge: float
 ) -> tuple[float | None, Ends | None]:
-    """The values of ``--tolerance`` and ``--limits LOW,HIGH`` in mesh units; `unit` is the unit of the scan, or None."""
+    """The values of ``--tolerance`` and ``--limits LOW,HIGH`` in mesh units; `unit` is that of the scan."""
     from ..declaration import Length
     from ..declaration.parameters import check_unit
     from ..filters.inspection import Limits as Ends

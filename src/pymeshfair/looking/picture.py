@@ -219,9 +219,9 @@ class Appearance:
     """The settings of a picture."""
 
     color: str = "plain"  # one of `COLORINGS` or `OTHERS`
-    azimuth: float = 0.0  # see `view_rows`
+    azimuth: float = 0.0  # this and the next two: see `view_rows`
     elevation: float = 0.0
-    up: str = "y"  # the upright axis, "y" or "z"
+    up: str = "y"
     centre: tuple[float, float, float] | None = None  # of a close-up; None to show all
     extent: float = 0.0  # the shorter side of a close-up, in mesh units
     width: int = 640  # of a panel, in pixels

@@ -184,7 +184,7 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
 class DepthBuffer(NamedTuple):
     """The front face or dot at each of h x w pixels, row 0 at the top."""
 
-    elements: Ints  # (h, w) the number of the face or dot; -1 for background
+    elements: Ints  # (h, w) its number; -1 for background
     depths: NDArray[np.float64]  # (h, w) its nearness to the eye; -inf for background
 
 
@@ -192,7 +192,7 @@ class DepthBuffer(NamedTuple):
 def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
     """Draws triangles of either orientation into a `DepthBuffer`; at equal depth the face with the lower number stays.
 
-    `screen` has pixels from the left, pixels from the top, and nearness to the eye.
+    `screen` is as `Camera.screen` returns it.
     """
     height, width = elements.shape
     for f in range(faces.shape[0]):

@@ -20,7 +20,7 @@ def versions() -> dict[str, Any]:
 
 
 def packages_here() -> dict[str, Any]:
-    """Returns the versions of the packages that a result depends on."""
+    """Returns the versions of `PACKAGES`."""
     return {name: _version(name) for name in PACKAGES}
 
 
@@ -39,7 +39,6 @@ def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, st
     return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
 
 
-#: the variables that limit linear algebra to one thread
 ONE_BLAS_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: the variable for the number of free bytes above which the C library returns memory to the system
 TRIM_THRESHOLD = "MALLOC_TRIM_THRESHOLD_"

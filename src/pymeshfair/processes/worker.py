@@ -39,8 +39,8 @@ class Order:
     """A call of a function in another process."""
 
     call: bytes  # pickled: a function of a module or a method of a picklable object, and its arguments
-    memory_limit: int | None = None  # the most bytes of memory that the process may use, or None
-    if_lost: bytes | None = None  # a pickled function that the worker calls if its parent ends, or None
+    memory_limit: int | None = None  # the most bytes of memory that the process may use
+    if_lost: bytes | None = None  # a pickled function that the worker calls if its parent ends
 
     @classmethod
     def of(
@@ -54,11 +54,11 @@ class Answer:
     """The result of a task."""
 
     result: Any = None
-    #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`; or None
+    #: the exception that it raised: a `PymeshfairError`, MemoryError, ImportError, OSError or `DefectError`
     error: Exception | None = None
     details: str = ""  # the traceback of the error
     process: str = ""  # the machine and the id of the process
-    peak_memory: int | None = None  # the peak memory during the task in bytes, or None if the system does not measure it
+    peak_memory: int | None = None  # during the task, in bytes; None if the system does not measure it
     is_used_up: bool = False  # see `use_up`
 
 

@@ -39,10 +39,10 @@ class Figure:
     """A picture in a page."""
 
     source: str  # the picture as a ``data:`` address
-    alternative: str  # the alternative text (``alt``)
+    alternative: str  # the ``alt`` text
     caption: str  # the text below
     width: int  # in pixels
-    height: int  # in pixels
+    height: int
 
 
 def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:

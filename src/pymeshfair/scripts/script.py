@@ -57,10 +57,10 @@ class Change:
     """One change by an upgrade."""
 
     line: int  # of the old script, counted from 1
-    filter: str  # its name in the old script; empty if the change is not about a filter
+    filter: str  # its name in the old script; may be empty
     what: str  # the change
-    parameter: str | None = None  # its name in the old script; None if the change is not about a parameter
-    meaning: str = ""  # how the new script's result differs from the old script's; or empty
+    parameter: str | None = None  # its name in the old script
+    meaning: str = ""  # how the new script's result differs from the old script's
 
     @property
     def same_meaning(self) -> bool:
@@ -96,7 +96,7 @@ class Setting:
     default: str  # the value as on a command line, such as ``6edge``
     unit: str = ""  # the unit or the kind of the value, for readers
     description: str = ""  # its effect
-    line: int | None = field(default=None, compare=False)  # in the file, counted from 1; None without a file
+    line: int | None = field(default=None, compare=False)  # in the file, counted from 1
 
     def __post_init__(self) -> None:
         checked_name(self.name, "setting")
@@ -109,7 +109,7 @@ class Step:
     filter: Filter
     #: by Python parameter name, as `Filter.check` returns them; a parameter without a value takes its default on the step's mesh
     values: Mapping[str, Any] = field(default_factory=dict)
-    line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1; None without a file
+    line: int | None = field(default=None, compare=False)  # its first line in the file, counted from 1
     tag: str = ""  # a name, which several steps of a recipe may share
     settings: Mapping[str, str] = field(default_factory=dict)  # by Python parameter name, the setting that gives the value
     #: diagonal and mean edge of the mesh that it ran on, to write relative lengths in mesh units; None if unknown

@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: for each tile the first cell (or slot), and the cell (or slot) after the last one
 Ranges: TypeAlias = list[tuple[int, int]]
-#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that their index stays small
+#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that lists of cells stay small
 CELL, MOST_CELLS = 512, 1 << 18
 #: yields (n, 3) coordinates and (n,) numbers (indices in the input), slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
@@ -251,7 +251,7 @@ class Cells:
 
     folder: Path
     count: int  # number of points
-    scale: float  # the power of two of `tree_scale`, by which trees divide coordinates
+    scale: float  # the power of two of `tree_scale`; coordinates are divided by it to build trees
 
     points = Stored("<f8", 3)  # coordinates by slot, as in the input
     numbers = Stored("<i8")  # by slot
