@@ -23,7 +23,7 @@ _PARTS = 8
 #: The least size of a part, as a share of `SERIAL_BELOW`: large, as several threads often call `over_range` at once.
 _LEAST_PART = 0.625
 T = TypeVar("T")
-#: Seconds between two progress reports during a long task, so that the caller can stop the work.
+#: Seconds between two progress reports during a long task.
 _POLL = 0.1
 _BLOCK = 1 << 16
 

@@ -53,9 +53,9 @@ FURTHEST = 2.0
 # Points are near in memory if their numbers differ by at most this; all points near one point fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
-# A reordering takes as much time as it saves in this many sweeps (passes over all one-rings), as measured.
+# A reordering takes as much time as it saves in this many sweeps over all one-rings, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
-# The thickness of a slab of `order_by_place` in median edges, and the largest number of slabs in a direction.
+# The thickness of a slab of `order_by_place` in median edges, and the most slabs in a direction.
 _THICK, _MOST_SLABS = 2.0, 4096
 # The slabs ignore this share of the points at either end, so that a few far points do not make slabs thick.
 _STRAY = 0.01
@@ -164,13 +164,13 @@ class NormalisedMesh:
     no digits.
     """
 
-    vertices: Floats  # (n, 3) the vertices as they came in
+    vertices: Floats  # (n, 3) as they came in
     middle: Floats  # (3,) the middle of the box of the used vertices
     scale: float  # a power of two that brings the longest side of that box to between 1/2 and 1
     order: Ints | None  # (k,) the vertex of each point; None if the points are all vertices in the given order
     cells_in_vertices: Ints  # (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point
     movable_vertices: Bools | None  # (n,) which vertices may move; None for all
-    diagonal: float  # the diagonal of the points' bounding box, 0 without points
+    diagonal: float  # of the points' bounding box, 0 without points
     has_sorted_cells: bool = (
         False  # whether cells are roughly sorted by their lowest point number; else in the order of the input
     )
@@ -219,7 +219,7 @@ class NormalisedMesh:
         return len(self.vertices) if self.order is None else len(self.order)
 
     def by_place(self) -> "NormalisedMesh":
-        """Returns the same mesh of triangles with neighbouring points and triangles near each other in memory."""
+        """Returns the same mesh of triangles in the orders of `order_by_place` and `order_of_faces`."""
         return replace(self.in_order(order_by_place(self.points, self.cells)), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":

@@ -118,7 +118,7 @@ def bilateral_jones(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles; their orientation makes no difference.
-        range_kernel: g; kernels whose psi returns to 0 ("tukey", "gaussian", the truncated ones) keep features best.
+        range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f, also for the mollification.
         range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median distance of the corners of
             triangles from their mollified planes.

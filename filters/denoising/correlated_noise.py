@@ -28,7 +28,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-_FAR = 8  # number of smoothing steps over which levels of noise are averaged, to compare them between places
+_FAR = 8  # smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
 
@@ -127,7 +127,7 @@ class NoiseField(NamedTuple):
     """A model of the noise on a surface: a sum of white noises, each smoothed by a different number of steps."""
 
     variances: Floats  # (k,) variances of the parts, in squared units of the points; 0 if nothing can be measured
-    heights: Floats  # (n,) a sample of the noise along the normals; moving, turning or renumbering the mesh does not change it
+    heights: Floats  # (n,) a sample of the noise along the normals; moving, turning or renumbering does not change it
     misfit: float = 0.0  # norm of the relative errors of the measures of `noise_field`
 
 

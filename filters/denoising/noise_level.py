@@ -1,7 +1,7 @@
 """Estimates the noise of a mesh of (n, 3) vertices and (m, 3) triangles from the mesh alone, and detects clean meshes.
 
 Noise is independent between neighbouring vertices, the surface is not. In differences of fourth order a surface of moderate
-curvature nearly cancels out and noise remains. Differences that correlate between neighbours are taken for surface.
+curvature nearly cancels out and noise remains.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class NoiseEstimate(NamedTuple):
 
 
 def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
-    """Estimates the noise of a mesh from the mesh alone.
+    """Estimates the noise of a mesh.
 
     Independent noise keeps its standard deviation in the differences of `FourthOrder`. The level is the median of their absolute
     values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, is taken for surface. The
@@ -82,7 +82,7 @@ class FourthOrder(NamedTuple):
     inner: Bools  # (n,) which vertices have complete one-rings, and only neighbours with complete one-rings
     means: sparse.csr_matrix  # (n, n) the matrix U
     square: sparse.csr_matrix  # (n, n) the matrix B
-    norms: Floats  # (n,) the Euclidean norms |B_i| of the rows of B
+    norms: Floats  # (n,) the norms |B_i| of the rows of B
 
     @staticmethod
     def of(faces: Ints, n: int) -> FourthOrder:
@@ -115,7 +115,7 @@ class FourthOrder(NamedTuple):
 
 
 def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, float, Floats, Floats] | None:
-    """Returns the operator, mean edge, and differences along and across normals in mean edges; None without inner vertices."""
+    """Returns the operator, mean edge, and differences along and across normals, in mean edges; None without inner vertices."""
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     fourth = FourthOrder.of(triangles, len(points)) if edge > 0.0 else None

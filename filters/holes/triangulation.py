@@ -24,7 +24,7 @@ _SAME = 1e-9
 _SAME_AREA = 1e-12
 #: The number of triangles around a chord that a new triangulation replaces together.
 WINDOW = 120
-# The largest number of attempts to triangulate a polygon without two diagonals between the same two vertices.
+# The most attempts to triangulate a polygon without two diagonals between the same two vertices.
 _MOST_TRIES = 20
 
 

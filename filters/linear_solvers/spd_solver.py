@@ -23,18 +23,18 @@ from ..mesh import Floats
 from .conjugate_gradients import CompressedRows, Preconditioner, SmoothedAggregation, conjugate_gradients, preconditioned_norm
 from .fronts import Fronts
 
-#: The most shifts that are tried.
+#: The most shifts to try.
 _ATTEMPTS = 4
 #: Factors with a backward error of at most `_GOOD` are taken at once, else those with the least error, if it is at most `_ROUGH`.
 #: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than the backward error times
 #: the largest eigenvalue. The eigensolver refines the modes, so rough factors suffice for modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
-# From this many rows on, factorising takes so long that it runs on a thread of its own, which can be abandoned.
+# From this many rows on, factorising runs on a thread of its own, which can be abandoned.
 _QUICK = 20_000
 #: Refinement ends when the next correction is predicted to be below `_REFINED` times the extent of the solution, or after
 #: `_MOST_REFINEMENTS` steps.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
-#: The refinement has failed if its last correction is above this share of the extent.
+#: Refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
 # Veltkamp's constant 2^27 + 1 splits a double into two halves whose products are exact.
 _SPLITTER = 134217729.0

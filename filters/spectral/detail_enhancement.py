@@ -23,7 +23,7 @@ _BOUND = 4.0
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
-#: The default ratio of the longest to the shortest wavelength of the relief: two octaves.
+#: The default ratio of the longest to the shortest wavelength: two octaves.
 OCTAVES = 4.0
 #: The shortest wavelength of relief, in mean edges: triangles do not show shorter waves.
 SHORTEST = 5.0

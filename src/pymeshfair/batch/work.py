@@ -39,7 +39,7 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-#: seconds for which a run is tried again if its output is busy: a lost worker may still be removing files there
+#: seconds to try again if an output is busy: a lost worker may still be removing files there
 _PATIENCE = 20.0
 #: seconds between checks of workers
 _PULSE = 1.0
@@ -52,7 +52,7 @@ Kind: TypeAlias = Literal["clean", "draw"]
 
 @dataclass(frozen=True)
 class Station:
-    """Does the tasks of a batch in this process and in processes of its pool. Several threads may use it."""
+    """Does tasks of a batch in this process and in processes of its pool. Several threads may use it."""
 
     template: Job  # the options that all runs share
     folder: Path  # of the batch

@@ -52,13 +52,13 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
-#: contents that a new text keeps (`_STATES`), and contents that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
+#: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
-#: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
+#: the numbers of a vertex: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
 #: the most corners of a face, since the time of triangulation grows with its square
 LARGEST_FACE = 10_000

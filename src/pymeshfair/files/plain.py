@@ -32,7 +32,7 @@ _SMALL = np.uint64(0x2020202020202020)
 _HIGHEST, _MAGICS, _VISCAM = 0x8000, (0, 5, 10), (10, 5, 0)
 #: what may precede ``OFF`` in the first word: ST for texture coordinates, C for colours, N for normals
 _PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
-#: curves are flat if their smallest extent along an axis is at most this share of the largest; an SVG of other curves gets a note
+#: curves are flat if their smallest extent along an axis is at most this share of the largest
 _FLAT = 1e-6
 
 

@@ -64,7 +64,7 @@ def check_place(path: Path, *, makes_folder: bool = False) -> bool:
 
 
 def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None:
-    """Refuses an extension that is none of `kinds`, a path where no file can be put, and without `overwrite` an existing file."""
+    """As `check_kind`; also refuses a path where no file can be put, and without `overwrite` an existing file."""
     check_kind(path, kinds)
     _check_free(path, overwrite=overwrite)
 
@@ -173,7 +173,7 @@ def clear_up(stage: Path, output: Path) -> None:
 
 
 def abandoned_folders(parent: Path) -> list[Path]:
-    """Returns the folders of runs in `parent` that no process uses any more."""
+    """Returns the folders of runs in `parent` that no process uses."""
     with contextlib.suppress(OSError):
         return [f for f in sorted(parent.iterdir()) if f.name.startswith((STAGE_PREFIX, WORK_PREFIX)) and _is_abandoned(f)]
     return []
@@ -236,7 +236,7 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Puts all files in place in their order; if this fails, restores the former files. `outdated` is removed first.
+    """Puts all files in place in order; if this fails, restores the former files. `outdated` is removed first.
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """

@@ -55,7 +55,7 @@ class Coloring:
     #: computes the numbers from a mesh and the reference mesh; None if the mesh has no such numbers
     of: Callable[[MeshData, MeshData], Numbers | None]
     diverging: bool  # whether 0 has the middle colour of the bar
-    limits: Limits | None = None  # the ends of the colour bar, or None to compute them from the numbers
+    limits: Limits | None = None  # the ends of the colour bar; None to compute them
     reason: str = "the meshes have none"  # why the meshes may have no such numbers
 
     def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
@@ -229,7 +229,7 @@ class Appearance:
     stripes: float = 8.0  # see `reflection_stripes`
     titles: bool = True
     label: str = ""  # the text at the colour bar; empty for the label of the coloring
-    columns: int = 4  # the largest number of panels in a row
+    columns: int = 4  # the most panels in a row
     limits: Limits | None = None  # see `Coloring`
     tolerance: float = 0.0  # see `Coloring.colors`
     unit: str = ""  # of the scan
@@ -331,7 +331,7 @@ def write_title(picture: Image.Image, text: str, left: int, top: int, width: int
 
 
 def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:
-    """Draws a bar of 1, 2 or 5 times a power of ten mesh units, at most `most` pixels long, with its length above it."""
+    """Draws a bar of `round_length` mesh units, at most `most` pixels long, with its length above it."""
     length = round_length(most / pixels_per_unit)
     end = left + length * pixels_per_unit
     draw = ImageDraw.Draw(picture)

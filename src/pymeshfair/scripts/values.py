@@ -41,7 +41,7 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichOpenFile": {"exts_cardinality": True},
 }
 OLD_TYPES = frozenset({"RichPoint3f"})  # former names of types
-_MOST_CHOICES = 1000  # a limit, because MeshLab allocates memory for as many words as a script declares
+_MOST_CHOICES = 1000  # MeshLab allocates memory for as many words as a script declares
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

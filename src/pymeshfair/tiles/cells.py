@@ -2,7 +2,7 @@
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
-close together (more in a huge cloud), and their bounding box; a tile is a range of cells.
+close together, and their bounding box; a tile is a range of cells.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class Results:
         return Column(self.values.path.with_name(f"{self.values.path.name}.numbers"), "<i8")
 
     def write(self, first: int, numbers: Longs, values: NDArray[Any]) -> None:
-        """Writes the values of the points of a tile, given in any order, into the rows from `first` on."""
+        """Writes values of the points of a tile, in any order, into the rows from `first` on."""
         order = np.argsort(numbers)
         self.numbers.write(first, numbers[order])
         self.values.write(first, values[order])
@@ -259,7 +259,7 @@ class Cells:
 
     @classmethod
     def of(cls, buckets: Sequence[Bucket], folder: Path, scale: float, tasks: Tasks, progress: Callable[[float], None]) -> Cells:
-        """Puts the points of buckets into cells, and removes the files of the buckets."""
+        """Puts the points of buckets into cells; removes the files of the buckets."""
         cells = cls(folder, sum(bucket.count for bucket in buckets), scale)
         starts = accumulate((bucket.count for bucket in buckets), initial=0)
         tasks.run(cells._index, tasks.map(cells._fill, list(zip(buckets, starts, strict=False)), progress), buckets)
@@ -299,7 +299,7 @@ class Cells:
         return _read_index(self._starts, self._boxes, self.scale)[1]
 
     def slots_of(self, first: int, last: int) -> tuple[int, int]:
-        """Returns the first slot of the cells from `first` to before `last`, and the slot after their last one."""
+        """Returns the range of slots of the cells from `first` to before `last`."""
         starts = self.starts
         return int(starts[first]), int(starts[last])
 
@@ -307,7 +307,7 @@ class Cells:
         return [self.slots_of(*tile) for tile in tiles]
 
     def ranges_of(self, cells: Longs) -> Ranges:
-        """Returns the first slot, and the slot after the last one, of each run of consecutive cells."""
+        """Returns the range of slots of each run of consecutive cells."""
         runs = np.split(cells, np.flatnonzero(np.diff(cells) != 1) + 1) if len(cells) else []
         return [self.slots_of(run[0], run[-1] + 1) for run in runs]
 
