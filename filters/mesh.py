@@ -150,7 +150,6 @@ class Whole:
 
     @property
     def diagonal(self) -> float:
-        """The diagonal of the bounding box."""
         scale = unit_scale(self.low, self.high)
         return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
 

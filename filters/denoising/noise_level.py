@@ -94,7 +94,6 @@ class FourthOrder(NamedTuple):
         return FourthOrder(pairs, far_from_border(faces, n, rings=1), means, square, norms)
 
     def differences(self, points: Floats) -> Floats:
-        """Returns (n, 3) the differences."""
         differences = points - self.means @ points
         differences -= self.means @ differences
         return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])

@@ -49,7 +49,6 @@ class VertexPairs(NamedTuple):
         return dense
 
     def with_pairs(self, first: ArrayLike, second: ArrayLike) -> "VertexPairs":
-        """These pairs and the pairs (first[i], second[i])."""
         return VertexPairs(self.size, np.union1d(self.keys, vertex_pairs(self.size, first, second).keys))
 
 

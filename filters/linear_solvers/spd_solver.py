@@ -55,7 +55,6 @@ class Cholesky:
             raise ConvergenceError(f"the matrix of {csr.shape[0]} rows is not positive definite to rounding")
 
     def solve(self, right_side: Floats) -> Floats:
-        """Solves for (n, k) right-hand sides."""
         return self._fronts.solve(self._values, right_side)
 
 

@@ -167,7 +167,6 @@ def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
 
 
 def _eased(x: Floats) -> Floats:
-    """Returns 3 x^2 - 2 x^3 up to x = 1, and 1 beyond."""
     share = np.minimum(x, 1.0)
     return np.asarray(share**2 * (3.0 - 2.0 * share))
 

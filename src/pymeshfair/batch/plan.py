@@ -241,7 +241,6 @@ def _output_name(name: str, request: RequestedScan, number: int) -> str:
 
 
 def _check_collisions(scans: Sequence[Scan]) -> None:
-    """Refuses a batch in which an output would overwrite another output or an input."""
     by_output = defaultdict(list)
     inputs = {os.path.normcase(os.path.realpath(scan.input)): scan.input for scan in scans}
     for scan in scans:

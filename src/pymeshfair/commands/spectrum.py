@@ -57,7 +57,6 @@ def spectrum(
 
 
 def _print(spectra: Mapping[str, Mapping[str, Any]]) -> None:
-    """Print a row for each band, from the longest waves to the shortest."""
     from .display import show_table
 
     heights: dict[int, dict[str, float]] = {}

@@ -59,7 +59,6 @@ class _Node:
     parts: list[tuple[str, _Node]] = field(default_factory=list)  # the child nodes, each with the name of its field
 
     def part(self, *types: str) -> _Node | None:
-        """Returns the first child of one of these types."""
         return next((part for _, part in self.parts if part.type in types), None)
 
     def numbers(self, name: str, default: str, count: int | None = None) -> Floats:

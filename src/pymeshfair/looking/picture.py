@@ -59,7 +59,6 @@ class Coloring:
     reason: str = "the meshes have none"  # why the meshes may have no such numbers
 
     def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
-        """Returns the ends of one colour bar for several meshes."""
         if self.limits is not None:
             return self.limits
         values = np.concatenate([n.values for n in numbers])

@@ -143,10 +143,10 @@ def _shade_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffe
 
 
 def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
-    """Returns (k, 3) shaded colours; `shares` are the shares of ambient, diffuse and specular light.
+    """Returns (k, 3) shaded colours; `shares` are those of ambient, diffuse and specular light.
 
-    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` has for
-    each colour the row of its normal in `normals`.
+    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` has the
+    row in `normals` of each colour.
     """
     inside = normals[:, 2:] < 0.0
     facing = np.where(inside, -normals, normals)

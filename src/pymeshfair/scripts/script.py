@@ -134,16 +134,15 @@ class Step:
         return {name: v for name, v in values if isinstance(v, Length) and v.unit != "absolute" and v.amount}
 
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
-        """The step with its lengths in mesh units, for a mesh of this size."""
         lengths = {name: value for name, value in self.values.items() if isinstance(value, Length)}
         return self.with_checked(
             {n: Length(v.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)) for n, v in lengths.items()}
         )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
-        """The step with defaults for parameters without a value; if `lengths` is False, relative lengths get no default.
+        """The step with defaults for parameters without a value, but not for relative lengths if `lengths` is False.
 
-        MeshLab finds some defaults from the mesh, such as the number of triangles to decimate to. Such parameters get no value.
+        MeshLab finds some defaults from the mesh, as for the number of triangles to decimate to: these parameters get no value.
         """
         defaults = {
             name: default

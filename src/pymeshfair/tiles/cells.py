@@ -60,7 +60,6 @@ class Column:
         return numbers if self.width == 1 else numbers.reshape(-1, self.width)
 
     def slices(self, size: int) -> Iterator[NDArray[Any]]:
-        """Yields all rows, `size` at a time."""
         for first in range(0, len(self), size):
             yield self.read(first, first + size)
 
