@@ -51,8 +51,7 @@ def meshing_close_holes_by_fairing(
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
             'none' leaves them flat. Degenerate triangles may need a lower energy (earlier in this list, or 'none'); notes say so.
-        refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
-            nothing is faired.
+        refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices.
         rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.
         islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole open
             if that fails; 'leave' fills the hole as if they were not there.
@@ -85,7 +84,6 @@ def meshing_close_holes_by_fairing(
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:
-    """The fields of an `Edit` that mark the new faces."""
     if not filling.closed:
         return {}
     if mark == "scalar":
@@ -102,7 +100,6 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
 
 
 def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[int]) -> list[str]:
-    """Notes on the largest closed holes, holes with a `lower` energy, and rims that were to be closed but stay open."""
     if not (filling.closed or filling.left_open):
         non_manifold = len(non_manifold_edges(layer.faces))
         if non_manifold == 0:

@@ -38,7 +38,7 @@ _BUILDING = 0.2
 _CHUNK = 2**18
 #: The least number of tasks for a large cloud, so that threads end at about the same time.
 _TASKS = 64
-#: The least neighbours that one task finds, in half a millisecond, a hundred times the cost of starting a task.
+#: The fewest neighbours that one task finds, in half a millisecond, a hundred times the cost of starting a task.
 _LEAST = 2**14
 #: If a point has more than 2 k candidates, only the nearest k to k + k / `_MORE` are kept.
 _MORE = 8
