@@ -165,7 +165,7 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
     """L p_i = sum_j w_ij (p_j - p_i) / sum_j w_ij with w_ij = 1 / |p_j - p_i|; mass sum_j w_ij [desbrun1999].
 
     The inner vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1
-    is stable. Edges shorter than 1e-6 of the mean edge count as that long.
+    is stable.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     stiffness = assemble_stiffness(rings, 1.0 / floored_lengths(vertices, rings))
@@ -184,8 +184,7 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
     """L p_i = (2 / E_i) sum_j (p_j - p_i) / e_ij with e_ij = |p_j - p_i| and E_i = sum_j e_ij [fujiwara1995, desbrun1999].
 
     In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline L is the second derivative by arc length. Its unit is one
-    over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable. Edges
-    shorter than 1e-6 of the mean edge count as that long.
+    over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)

@@ -15,7 +15,7 @@ from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # the colour of marked faces
-MOST_NAMED = 10  # the largest number of notes of each kind: on closed rims, on rims with a lower energy, on open rims
+MOST_NAMED = 10  # the largest number of notes of each kind
 
 
 @mesh_filter(
@@ -51,7 +51,8 @@ def meshing_close_holes_by_fairing(
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
             continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
             'none' leaves them flat. Degenerate triangles may need a lower energy (earlier in this list, or 'none'); notes say so.
-        refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices.
+        refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
+            nothing is faired.
         rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.
         islands: What to do with loose pieces of surface in a hole: 'join' connects them to the filling, and leaves the hole open
             if that fails; 'leave' fills the hole as if they were not there.

@@ -117,7 +117,7 @@ CORRELATED = Repertoire(
     ),
 )
 
-#: All-round parameters, for users who skip the choice because it takes time.
+#: All-round parameters, for users who skip the choice.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, more families move only outliers. One moves outliers to predicted places. Each other runs a chain from there.
+    With `alone`, more families move only outliers: one moves outliers to predicted places, each other runs a chain from there.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class SettingsTried:
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """Returns the results of each family for (n, 3) points in units of the mean edge; `held` are the held-out vertices.
 
-        Families that move only outliers also move the held-out vertices, whose errors show how well they restore an outlier.
+        Families that move only outliers also move held-out vertices; the errors there show how well a family restores outliers.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):

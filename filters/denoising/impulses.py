@@ -54,7 +54,7 @@ def without_outliers(
         for _ in range(_SEARCHES if certain is None else 1):
             smoothed = smooth(calmed, movable)
             if np.array_equal(smoothed, calmed):
-                return calmed
+                return calmed  # a filter without effect gives no reference for another search
             before, normals = outlying, smooth_normals(smoothed, faces)
             far = far_from(vertices, faces, smoothed, normals, before)
             if movable is not None:

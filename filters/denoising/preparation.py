@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a new fold keeps at first (0 would restore spikes). Rings that `unfolded` reads a pass.
+#: The share of its move that a corner of a new fold keeps at first: 0 restores spikes. Rings that a pass of `unfolded` reads.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 

@@ -50,14 +50,14 @@ def explicit_smoothing(
         step: larger is smoother. For "uniform", "inverse_length" and "cotangent" the share of the way to the neighbours' mean,
             above 0 and at most 1. For the other operators a time in squared mesh units, stable up to 2 / rho with rho the largest
             eigenvalue of -L. The check replaces rho by Gershgorin's upper bound; for "laplace_beltrami" by the largest
-            eigenvalue of a single triangle [irons1971] if that is smaller than Gershgorin's bound.
+            eigenvalue of a single triangle [irons1971] if that is smaller.
         iterations: number of steps. More steps smooth more.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
-            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. Off borders the rule is an Euler step of
-            length sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. `step` is not used, and negative cotangents
+            are kept.
         whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
@@ -123,7 +123,7 @@ def explicit_surface(
     steps: int,
     update: UpdateRule = "euler",
 ) -> ExplicitSurface:
-    """Prepares a mesh for iterations of `steps` steps each, and reorders it if that is faster; see `explicit_smoothing`."""
+    """Prepares a mesh for iterations of `steps` steps each, and reorders it if that is faster."""
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)

@@ -190,6 +190,7 @@ class Patches:
         sides, normals = np.searchsorted(rim_vertices, faces[:, :2]), -cross_products(self._points, faces)
         bend = float(self._bends[0][rim_vertices].sum() / max(self._bends[1][rim_vertices].sum(), 1.0))
         self._placed.append(_PlacedPatch(rim_vertices, patch, forbidden, uniform, sides, normals, bend, 1.0))
+        # The patch of another hole must not repeat an edge between two shared vertices.
         corners = rim_vertices[np.where(patch.triangles < len(rim_vertices), patch.triangles, 0)]
         shared = (patch.triangles < len(rim_vertices)) & self._shared[corners]
         for k in range(3):

@@ -169,7 +169,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the nearest candidates, k to `most`, to the front; returns their number, and new bounds on distance and index."""
+    """Moves the nearest k to `most` candidates to the front; returns their number, and new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..batch.plan import Scan
     from ..batch.work import Prospect, Task
 
-#: the most left-out files that are named
+#: the largest number of left-out files that are named
 _NAMED = 10
 #: the most scans in the table; of more scans, the worst are listed
 _LISTED = 40
@@ -71,7 +71,7 @@ def batch(
         raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
     if report:
         chosen.check_measured()
-    template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)
+    template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
     # Links keep their names, which other machines know; ".." is removed, as in the paths of outputs.
     folder = output.resolve() if ".." in output.parts else output.absolute()
     settings = [setting.name for setting in template.recipe.script.settings]

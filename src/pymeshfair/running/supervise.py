@@ -42,7 +42,7 @@ _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`; at their end the signal takes effect."""
+    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`."""
 
 
 class Interrupts:
@@ -63,7 +63,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """For work that handles signals itself."""
+        """Restore the usual effect of signals inside the block."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:

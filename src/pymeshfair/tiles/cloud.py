@@ -121,7 +121,7 @@ class Cloud:
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
         """Stores probabilities or normals of the remaining points, if the step computed some; returns the report of the filter.
 
-        Every step but the normals writes the mask of the points that remain to `target`.
+        Every step but the normals writes to `target` the mask of the points that remain after the step.
         """
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0

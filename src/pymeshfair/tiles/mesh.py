@@ -1,8 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
 The files of `Cells` have the vertices; the slot of a vertex is its row in these files. The files of `Surface` have the faces at
-the vertices of each cell, with slots as corners. A tile is a range of cells; in a `TileMesh` vertices and faces have the order of
-the input. All tiles end a round of a filter before the next round starts.
+the vertices of each cell, with slots as corners. A tile is a range of cells. All tiles end a round of a filter before the next
+round starts.
 """
 
 import contextlib

@@ -136,7 +136,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
     elif isinstance(parameter, Enum):
         kind = {"kind": "menu", "choices": list(parameter.choices)}
     elif isinstance(parameter, Percentage):
-        shown = parameter.default if value == AUTO else value
+        shown = parameter.default if value == AUTO else value  # the default gives the range of the slider
         kind = {"kind": "length", **_bounds(parameter.minimum, None, shown.amount if isinstance(shown, Length) else 0.0)}
     elif isinstance(parameter, Int | Float):
         bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
