@@ -1,7 +1,6 @@
 """Errors of the filters, and checks of single parameters with uniform messages.
 
-Checks of numbers return a plain `int` or `float`, also for a NumPy scalar. A whole number is an `int` or a NumPy integer: 2.0 is
-refused like 2.5. `bool` is refused as a number.
+A whole number is an `int` or a NumPy integer: 2.0 is refused like 2.5. `bool` is refused as a number.
 """
 
 import math
@@ -103,7 +102,6 @@ def _real(value: object) -> float:
 
 
 def _shown(value: object) -> str:
-    """Returns the value as text for a message: a NumPy scalar as a plain number, at most 80 characters."""
     return repr(value.item() if isinstance(value, np.generic) else value)[:80]
 
 

@@ -13,13 +13,12 @@ class ImportedWhenUsed:
     """
 
     def __init__(self, name: str) -> None:
-        """Stores the name of the module."""
         self._name = name
 
     def __getattr__(self, attribute: str) -> Any:
         """Returns the attribute of the module, or its submodule of this name."""
         if attribute.startswith("__"):
-            raise AttributeError(attribute)  # inspection, as by a debugger, does not import the module
+            raise AttributeError(attribute)  # inspection does not import the module
         module = importlib.import_module(self._name)
         try:
             value = getattr(module, attribute)

@@ -1,8 +1,4 @@
-"""Laplace operators of meshes, point clouds and polylines, by name: L = M^-1 C with a negative semidefinite stiffness C.
-
-The weights of some operators depend on edges alone. The cotangent operators are linear finite elements on the triangles. The
-robust operator uses the intrinsic Delaunay triangulation.
-"""
+"""Laplace operators of meshes, point clouds and polylines, by name: L = M^-1 C with a negative semidefinite stiffness C."""
 
 from __future__ import annotations
 
@@ -58,16 +54,15 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: For the weights every edge is at least this share of the mean edge long, so that weights stay finite. 32-bit coordinates do not
+#: Weights treat every edge as at least this share of the mean edge long, so that they stay finite. 32-bit coordinates do not
 #: resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: For the cotangents the doubled area of a triangle is at least this share of its summed squared edges, so that cotangents stay
-#: below 1e10. A triangle of three coincident vertices contributes nothing.
+#: Cotangents treat the doubled area of a triangle as at least this share of its summed squared edges: they stay below 1e10.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
-# At a vertex, up to this number of ends of edges are compared pair by pair, which takes quadratic time; more ends are sorted.
+# Up to this number, the ends of edges at a vertex are sorted by insertion, which takes quadratic time.
 _FEW = 48
-# The number of vertices of a block; each block has one hash table.
+# The number of vertices that share a hash table.
 _BLOCK = 1024
 
 
@@ -100,10 +95,7 @@ class Laplacian:
         return product * (self.inverse_mass if values.ndim == 1 else self.inverse_mass[:, None])
 
     def spectral_bound(self) -> float:
-        """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii.
-
-        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of that eigenvalue.
-        """
+        """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii."""
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
 
@@ -162,8 +154,8 @@ def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints 
 def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
     """L p_i = mean of the one-ring minus p_i: w_ij = 1, mass the number of neighbours [taubin1995].
 
-    The eigenvalues lie in [-2, 0] for any mesh, so a step of up to 1 is stable. L does not depend on coordinates: it also makes
-    the triangulation more regular, and so moves the vertices of a flat but irregular mesh.
+    The eigenvalues lie in [-2, 0], so a step of up to 1 is stable. L also makes the triangulation more regular, and so moves the
+    vertices of a flat but irregular mesh.
     """
     rings = one_rings(faces_or_edges, n_vertices)
     return Laplacian(assemble_stiffness(rings, np.ones(len(rings.neighbours))), np.diff(rings.offsets).astype(np.float64))
@@ -173,7 +165,7 @@ def inverse_length_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplacia
     """L p_i = sum_j w_ij (p_j - p_i) / sum_j w_ij with w_ij = 1 / |p_j - p_i|; mass sum_j w_ij [desbrun1999].
 
     The inner vertices of a straight polyline stay, even if unevenly spaced. The eigenvalues lie in [-2, 0], so a step of up to 1
-    is stable. Edges shorter than 1e-6 of the mean edge count as that long.
+    is stable.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     stiffness = assemble_stiffness(rings, 1.0 / floored_lengths(vertices, rings))
@@ -192,8 +184,7 @@ def scale_dependent_laplacian(vertices: Floats, faces_or_edges: Ints) -> Laplaci
     """L p_i = (2 / E_i) sum_j (p_j - p_i) / e_ij with e_ij = |p_j - p_i| and E_i = sum_j e_ij [fujiwara1995, desbrun1999].
 
     In the form M^-1 C: w_ij = 1 / e_ij, mass E_i / 2. Along a polyline L is the second derivative by arc length. Its unit is one
-    over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable, and
-    somewhat longer steps often are. Edges shorter than 1e-6 of the mean edge count as that long.
+    over a squared length, so a step counts in squared mesh units. Steps of half the squared shortest edge are stable.
     """
     rings = one_rings(faces_or_edges, len(vertices))
     lengths = floored_lengths(vertices, rings)
@@ -205,8 +196,7 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
     """Returns C, (n, n): C_ij = (cot a_ij + cot b_ij) / 2 with the angles opposite the edge, C_ii = -sum_j C_ij [pinkall1993].
 
     The sign is that of ``igl.cotmatrix``. C is symmetric to the bit, its rows sum to 0, and it is negative semidefinite even if
-    obtuse angles make a weight negative. The weight of an edge adds up the cotangents of all its faces, however many. C does not
-    depend on the size or place of the mesh.
+    obtuse angles make a weight negative. The weight of an edge adds up the cotangents of all its faces, however many.
     """
     return _assembled(vertices, faces, np.empty(0))
 
@@ -214,10 +204,9 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
 def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     """The normalised operator: L p_i = sum_j w_ij (p_j - p_i) / sum_j |w_ij| with w the weights of `cotangent_stiffness`.
 
-    If no weight is negative, L p_i is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative. The
-    sum of the w_ij then stays positive but may be so small that L, divided by it, would allow only tiny steps. Divided by the sum
-    of |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a closed surface.
-    The interior vertices of a flat mesh stay.
+    Obtuse angles can make weights negative. Then sum_j w_ij may be so small that a division by it would allow only tiny steps.
+    Divided by sum_j |w_ij|, L has eigenvalues in [-2, 0]. So a step of up to 1 is stable and does not increase the area of a
+    closed surface. The interior vertices of a flat mesh stay.
     """
     stiffness = cotangent_stiffness(vertices, faces)
     sizes = abs(stiffness)
@@ -240,7 +229,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
 
 def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
-    """Assembles the stiffness; also fills `areas` for the mesh after `scaled_to_unit`, unless `areas` is empty."""
+    """Assembles the stiffness; unless `areas` is empty, also fills it, for the mesh after `scaled_to_unit`."""
     n = len(vertices)
     points, _ = scaled_to_unit(vertices)
     end_offsets, ends = ring_ends(faces, n)
@@ -284,7 +273,7 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
 
 @compiled(parallel=True)
 def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
-    """Writes the ascending columns and the values of row i from ``starts[i]`` on, and the areas unless `areas` is empty."""
+    """Writes the ascending columns and the values of row i from ``starts[i]`` on, and the areas."""
     for i in prange(end_offsets.shape[0] - 1):
         first, last = starts[i], starts[i + 1]
         _write_columns(i, ends, end_offsets[i], end_offsets[i + 1], columns, first)
@@ -343,8 +332,8 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    Computed at different corners, the area of a thin triangle would differ by rounding errors as large as the area itself. The
-    stiffness is semidefinite only if all three cotangents are computed with the same area.
+    Otherwise the area of a thin triangle would differ by rounding errors as large as itself. The stiffness is semidefinite only
+    if all three cotangents are computed with the same area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)
@@ -360,10 +349,10 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
 
 
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
-    """(n,) the mixed Voronoi area of each vertex; these areas add up to the area of the mesh [meyer2003].
+    """(n,) the mixed Voronoi area of each vertex [meyer2003].
 
     In a triangle without an obtuse angle each corner gets the area of the points nearest to it. Otherwise the obtuse corner gets
-    half of the triangle and each other corner a quarter. A triangle without area contributes nothing.
+    half of the triangle and each other corner a quarter.
     """
     points, scale = scaled_to_unit(vertices)
     areas = np.empty(len(vertices))
@@ -438,9 +427,9 @@ def _build_named(vertices: Floats, faces_or_edges: Ints, operator: OperatorName)
 def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> Laplacian:
     """Builds the Laplace-Beltrami operator of a surface, in one over squared mesh units.
 
-    "cotangent" is `laplace_beltrami`: linear finite elements with mixed Voronoi areas as lumped mass. "robust" is linear finite
-    elements on the intrinsic Delaunay triangulation of the tufted cover [sharp2020], with barycentric areas. "auto" takes
-    "robust" if an edge has more than two faces or a triangle is nearly degenerate (`_SLIVER`), else "cotangent".
+    "cotangent" is `laplace_beltrami`. "robust" is linear finite elements on the intrinsic Delaunay triangulation of the tufted
+    cover [sharp2020], with barycentric areas. "auto" takes "robust" if an edge has more than two faces or a triangle is nearly
+    degenerate (`_SLIVER`), else "cotangent".
 
     Raises:
         FilterInputError: an unknown operator.
@@ -480,8 +469,7 @@ def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> La
 def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     """Builds the Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
 
-    It suits slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
-    triangulation. A mesh whose vertices all coincide has the operator 0.
+    The mass is a third of the area around a vertex in the intrinsic triangulation.
     """
     n = len(vertices)
     proper = faces[proper_faces(faces)]
@@ -499,7 +487,7 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 def robust_cloud_laplacian(points: Floats) -> Laplacian:
     """Builds the robust operator of a point cloud from a Delaunay triangulation around every point [sharp2020].
 
-    Points in the same place count as one point, share its mass, and so move together.
+    Points in the same place share the mass of one point, and so move together.
     """
     n = len(points)
     if n == 0:

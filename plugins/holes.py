@@ -15,7 +15,7 @@ from .moving_vertices import ADDS_ELEMENTS, MOVES_VERTICES, additions
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)  # the colour of marked faces
-MOST_NAMED = 10  # the largest number of notes of each kind: on closed rims, on rims with a lower energy, on open rims
+MOST_NAMED = 10  # the largest number of notes of each kind
 
 
 @mesh_filter(
@@ -85,7 +85,6 @@ def meshing_close_holes_by_fairing(
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:
-    """The fields of an `Edit` that mark the new faces."""
     if not filling.closed:
         return {}
     if mark == "scalar":
@@ -102,7 +101,6 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
 
 
 def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[int]) -> list[str]:
-    """Notes on the largest closed holes, holes with a `lower` energy, and rims that were to be closed but stay open."""
     if not (filling.closed or filling.left_open):
         non_manifold = len(non_manifold_edges(layer.faces))
         if non_manifold == 0:

@@ -1,8 +1,7 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-Installed code lies beside this module, other code in the user's cache folder, both in a subfolder `platform_name`. The file name
-has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This module loads
-the extension modules by their paths, and llvmlite links the code with their functions.
+The file name has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This
+module loads the extension modules by their paths, and llvmlite links the code with their functions.
 """
 
 import builtins
@@ -28,7 +27,7 @@ _X86_LEVELS = (
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
-#: The folder of kernels that come with the package; only the installation writes to it.
+#: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
 #: The C functions that parallel code calls besides ``numba_parallel_for``.
 _FUNCTIONS = (
@@ -73,7 +72,7 @@ def platform_name() -> str:
 
 
 def users_folder_is_writable() -> bool:
-    """Whether the user's folder is writable, so that later processes find the code that this process compiles."""
+    """Whether later processes find the code that this process compiles."""
     folder = users_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -94,12 +93,12 @@ def users_folder() -> Path:
 
 
 class Stored(NamedTuple):
-    """The stored kernels for this Python, this numba and this processor."""
+    """The stored kernels for this `platform_name`."""
 
-    installed: int  # number of kernels that came with the package
-    kept: int  # number of kernels in the user's folder
+    installed: int  # number of kernels in `INSTALLED`
+    kept: int  # number of kernels in `folder`
     folder: Path  # the user's folder
-    lasts: bool  # whether that folder is writable; if not, every process compiles missing kernels again
+    lasts: bool  # whether `folder` is writable; if not, every process compiles missing kernels again
 
 
 def stored() -> Stored:
@@ -120,7 +119,7 @@ def read(name: str) -> MachineCode | None:
 def write(name: str, code: MachineCode) -> None:
     """Stores code under a name; atomically, since several processes may write the same file."""
     place = users_folder() / platform_name()
-    with suppress(OSError):  # if the folder is not writable, the next process compiles the kernel again
+    with suppress(OSError):
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
@@ -179,7 +178,7 @@ def _engine() -> tuple[Any, Any]:
 
 @cache
 def extension(name: str) -> Any:
-    """Loads an extension module of numba, named relative to numba, without importing numba."""
+    """Loads an extension module, named relative to numba, without importing numba."""
     whole = f"numba.{name}"
     if whole in sys.modules:
         return sys.modules[whole]

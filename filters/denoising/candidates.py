@@ -64,8 +64,8 @@ class Repertoire(NamedTuple):
     """The candidates, as lists of parameters."""
 
     relaxations: tuple[int, ...]  # numbers of pairs of Taubin steps before the chains
-    chains: tuple[Chain, ...]  # parameters and numbers of rounds of normal filtering
-    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # numbers of pairs of Taubin steps alone; 0, the first, does nothing
+    chains: tuple[Chain, ...]
+    taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # numbers of pairs of Taubin steps alone; 0 does nothing
     relaxation_direction: RelaxationDirection | None = None  # direction of the Taubin steps; None takes it from the noise
     outliers: Outliers | None = None  # treatment of outliers; None takes it from the mesh
 
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns a repertoire with these values; outer_iterations=0 empties `chains`, else `filtering` limits `taubin` to 0."""
+        """Returns a repertoire with these values. outer_iterations=0 removes `chains`; other `filtering` limits `taubin` to 0."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -117,7 +117,7 @@ CORRELATED = Repertoire(
     ),
 )
 
-#: All-round parameters, for users who skip the choice because it takes time.
+#: All-round parameters, for users who skip the choice.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, further families move only replaced outliers: one to predicted places; one for each chain, which starts there.
+    With `alone`, more families move only outliers: one moves outliers to predicted places, each other runs a chain from there.
     """
 
     def __init__(
@@ -161,8 +161,7 @@ class SettingsTried:
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """Returns the results of each family for (n, 3) points in units of the mean edge; `held` are the held-out vertices.
 
-        The families that move only outliers also move the held-out vertices, from the positions that a quadric predicts. The
-        errors of the held-out vertices then show how well such a family restores an outlier.
+        Families that move only outliers also move held-out vertices; the errors there show how well a family restores outliers.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):

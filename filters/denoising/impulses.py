@@ -69,7 +69,7 @@ def without_outliers(
 
 
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, normals: Floats, outlying: Bools) -> Bools:
-    """Returns (n,) which vertices are much farther from the (n, 3) `smoothed` vertices, along the normals, than vertices nearby.
+    """Returns (n,) which vertices are much farther from the `smoothed` vertices, along the normals, than vertices nearby.
 
     h is the height above the smoothed vertex, m its median in two rings, d the median of |h - m|. The level is three standard
     deviations of h over vertices not `outlying`, at least 0.05 mean edges. A vertex is far if |h| and |h - m| exceed the level
@@ -95,7 +95,6 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     """Returns (n, 3) the vertices with outliers moved to their predicted positions, and (n,) which are outliers.
 
     Outliers are the `outlying_vertices` that `flattening` accepts. The prediction is a quadric fitted to the vertices around.
-    Other vertices keep every bit.
     """
     edge = mean_edge_length(vertices, faces)
     used = referenced_vertices(faces, len(vertices))
@@ -130,7 +129,7 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     # In mean edges, so that squares neither underflow nor overflow.
     lengths = np.linalg.norm(offsets / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    # Slightly longer offsets of outliers may be chance.
+    # Slightly longer offsets may be chance.
     share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
     return np.where(outlying[:, None], vertices + share * offsets, vertices)
 
@@ -140,8 +139,8 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
     Let s be the absolute `height_residuals`. A vertex is a candidate if its s is the largest in its one-ring, above three times
     the median of s in two rings, and above three times the standard deviation median(s) / 0.6745 of the mesh. A candidate is an
-    outlier if the sum of s^2 over its neighbours falls when predictions ignore candidates. So the tip of a spike is an outlier,
-    the tip of a cone is not. The search repeats without the outliers found. In Gaussian noise it finds 0.2 to 0.3 % of vertices.
+    outlier if the sum of s^2 over its neighbours falls when predictions ignore candidates: the tip of a spike is an outlier, the
+    tip of a cone is not. The search repeats without the outliers. In Gaussian noise it finds 0.2 to 0.3 % of vertices.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
     (first, second), used = pairs.T, referenced_vertices(faces, len(points))
@@ -165,7 +164,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """Returns the median absolute `height_residuals` of `scored` vertices beside outliers, and that of the others; 0 for none."""
+    """Returns the median absolute `height_residuals` of `scored` vertices beside outliers, and of other `scored` vertices."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))
@@ -177,7 +176,7 @@ def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bool
 
     The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, where f and g share the edge. Removing a
     spike lowers the roughness, rounding or denting an edge does not. Of adjacent vertices, only the one with the largest decrease
-    of roughness moves. The test is then repeated for all vertices of `which`; moved vertices may move back.
+    moves. The test is then repeated; moved vertices may move back.
     """
     is_moved = np.zeros(len(points), dtype=np.bool_)
     candidates = np.flatnonzero(which).astype(np.int32)
@@ -217,7 +216,7 @@ def _measure_gains(
 
 @compiled(nogil=True)
 def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
-    """|n_f - n_g| of the unit normals of faces f and g, with vertex i at `places[i]` and all other vertices as in `points`."""
+    """|n_f - n_g| of the unit normals of faces f and g, with vertex i at `places[i]`."""
     corners = np.empty((6, 3))
     for corner in range(6):
         j = faces[f, corner] if corner < 3 else faces[g, corner - 3]

@@ -1,6 +1,5 @@
 """Denoising by rounds of two steps: filters the face normals, then fits the vertices to them.
 
-The guided filter compares a face with its guide normal: the mean normal of the most uniform patch that contains it [zhang2015].
 The filter of vertex normals is here for comparison only, since vertex normals average across creases [yadav2021].
 """
 
@@ -25,7 +24,7 @@ from .vertex_update import VertexUpdate, fit_vertices
 
 # Prevents 0 / 0 in the measure of a flat patch.
 _EPSILON = 1e-9
-# After a round the corners of newly folded faces move back, and up to this many times more, as that may fold other faces.
+# After a round the corners of newly folded faces move back. That may fold other faces, so it is repeated up to this many times.
 _FOLD_TESTS = 2
 # A guide normal depends on at most this many rings of faces around its face.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}
@@ -49,7 +48,7 @@ def normal_filtering(
 
     Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
     [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations with one pass
-    each keep features better, since each pass then starts from normals of an actual surface.
+    each keep features better.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -138,7 +137,7 @@ def rounds(
 ) -> Iterator[Floats]:
     """Yields the points after each round of `normal_filtering`, without end, or nothing if no point may move.
 
-    The mesh is in the order of `adjacency`. `progress` gets the share of finished passes. For folding faces see `_FOLD_TESTS`.
+    The mesh is in the order of `adjacency`. `progress` gets the share of finished passes.
     """
     moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
@@ -220,11 +219,11 @@ class NormalPasses:
 
 
 def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns (m, 3) the guide normal of each face: the area-weighted mean normal of the most uniform patch that contains it.
+    """Returns (m, 3) the guide normals: the area-weighted mean normal of the most uniform patch with the face [zhang2015].
 
     The patch of a face is the face and those that `patches` lists: all that share a vertex with it. A patch is uniform if H = D R
     is small. D is the largest |n_j - n_k| between two faces of the patch. R is the largest |n_j - n_k| across an edge between
-    faces of the patch, as a share of the sum over all such edges: near 1 if the patch bends at one edge, small if at many.
+    faces of the patch, as a share of the sum over all such edges.
     """
     measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
     with threads_for(len(patches.neighbours)):
@@ -280,7 +279,7 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         best = np.int32(i)
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
-            # Among equal measures, as on exact planes, the patch of face i wins, else the patch of the lowest face number.
+            # Among equal measures, as on planes, the patch of face i wins, else that of the lowest face number.
             if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
                 best = j
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
@@ -308,7 +307,7 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
 
 
 def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
-    """Returns how many rings of faces around a vertex suffice: its position after one round depends on no other faces.
+    """Returns the number of rings of faces around a vertex on which its position after one round depends.
 
     Raises:
         FilterInputError: the filter depends on a distance or on rings of vertices, not on rings of faces.
@@ -337,8 +336,7 @@ def round_of_part(
     """Returns (n, 3) the points of a part of a mesh after one round of `normal_filtering`.
 
     Points with `rings_of_round` rings around them get the same bits as in a run on the whole mesh. Points and faces are in the
-    order of the whole mesh, and the points are normalised with its bounding box. `distance` is the mean distance between the
-    centres of adjacent faces in the whole mesh; it matters only if `needs_distance`.
+    order of the whole mesh, and the points are normalised with its bounding box. `distance`: see `needs_distance`.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     adjacency = Adjacency.of(mesh)

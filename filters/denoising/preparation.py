@@ -21,12 +21,12 @@ from .normal_filtering import normal_filtering
 from .rounding import RoundingPolicy, rounding_of
 
 #: "all": Taubin steps move vertices freely, which reduces noise in all directions and evens out the triangles. "normal": they
-#: move vertices along the normals only, so that no vertex slides along the surface; this suits noise along the normals.
+#: move vertices along the normals only; this suits noise along the normals.
 RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a new fold keeps at first (0 would restore spikes); rings a pass of `unfolded` reads.
+#: The share of its move that a corner of a new fold keeps at first: 0 restores spikes. Rings that a pass of `unfolded` reads.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -49,7 +49,7 @@ def denoised(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        outliers: treatment of outliers, see `without_outliers`.
+        outliers: see `without_outliers`.
         rounding: "undo" smooths the terraces of rounded coordinates first, see `Rounding.undone`.
         relaxation: number of pairs of Taubin steps, see `relaxed`.
         relaxation_direction: direction of the Taubin steps.
@@ -66,8 +66,7 @@ def denoised(
     check_choice("border", border, BORDER_POLICIES)
     check_choice("rounding", rounding, RoundingPolicy)
     share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
-    # With outliers the steps run several times; `rising` keeps the progress from falling.
-    report = rising(progress)
+    report = rising(progress)  # with outliers the steps run several times
 
     def smooth(points: Floats, moves: Bools | None) -> Floats:
         fair = relaxed(
@@ -94,7 +93,7 @@ def denoised(
 
 
 def direction_for(noise: NoiseEstimate) -> RelaxationDirection:
-    """Returns the direction of relaxation: "normal" if the noise along the surface is clearly weaker than along the normals."""
+    """Returns the direction of relaxation that suits the noise."""
     return "all" if noise.tangential > _ALL_DIRECTIONS * noise.deviation else "normal"
 
 
@@ -125,7 +124,7 @@ def relaxed(
 
 
 def along_normals(vertices: Floats, moved: Floats, normals: Floats) -> Floats:
-    """Returns (n, 3) the vertices moved by only the normal component of the move from `vertices` to `moved`."""
+    """Returns (n, 3) the vertices moved by the normal component of the move from `vertices` to `moved`."""
     return np.asarray(vertices + np.einsum("ij,ij->i", moved - vertices, normals)[:, None] * normals)
 
 
@@ -142,7 +141,7 @@ def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bool
 
 
 def share_along(p: float, q: float) -> float:
-    """Returns the share of the move along the surface that vertices of the outline keep, see `outline_kept`."""
+    """Returns the share of `outline_kept`."""
     return min(1.0, q / p) if p > 0.0 else 1.0
 
 
@@ -183,8 +182,8 @@ def rings_of_relaxation(iterations: int) -> int:
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
     """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
-    While there are more folded faces than before, vertices go back, see `going_back`: at first by half of their move, then by all
-    of it. This ends, because at least one vertex goes back each time.
+    Vertices go back, see `going_back`, at first by half of their move, then by all of it. This ends, because at least one vertex
+    goes back each time.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):
@@ -196,7 +195,7 @@ def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
 def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: float) -> Floats:
     """Returns (n, 3) the vertices `after`, but corners of faces in the (m,) mask `new` keep only the `share` of their move.
 
-    If all corners of a face in `new` are back already, the faces around it cause the fold: then their corners go back, too.
+    If all corners of a face in `new` are back already, the corners of the faces around it go back, too.
     """
     away = (after != before).any(axis=1)
     stuck = new & ~away[faces].any(axis=1)

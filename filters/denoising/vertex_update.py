@@ -18,7 +18,7 @@ VertexUpdate: TypeAlias = Literal["sun", "ohtake", "conjugate_gradient"]
 
 # A step that would flip a face is halved up to this number of times, then left out.
 _HALVINGS = 3
-# The squared length of the longest step without a flip is multiplied by this factor, so that rounding errors cannot cause a flip.
+# The squared length of the longest step without a flip is multiplied by this factor, because of rounding errors.
 _SAFE = 0.999
 # A row for each face: target normal m, m . c for the centre c, weight, squared length of the longest step without a flip.
 _OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
@@ -69,7 +69,7 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
 def _descend(
     vertices: Floats, at_vertices: VertexFaces, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
 ) -> Floats:
-    """Returns (n, 3) the vertices after Polak-Ribiere conjugate gradients with a backtracking line search."""
+    """Polak-Ribiere conjugate gradients with a backtracking line search."""
     now = vertices.copy()
     gradient, direction = np.zeros_like(now), np.zeros_like(now)
     energy = fitting_energy(now, faces, normals)
@@ -185,7 +185,6 @@ def _step(
             x, y, z = x / total, y / total, z / total
             if bound[i]:
                 x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
-            # Most steps are too short to flip a face and need no further test.
             if careful and not x * x + y * y + z * z < _SAFE * least:
                 share = _share_without_flips(now, i, rows, int(start), int(stop), planes, (x, y, z))
                 x, y, z = share * x, share * y, share * z
@@ -198,7 +197,7 @@ def _step(
 def _along_mean_normal(
     x: float, y: float, z: float, rows: Ints, start: int, stop: int, planes: Floats
 ) -> tuple[float, float, float]:
-    """Returns the part of a step along the weighted mean of the faces' target normals; the whole step if this mean is 0."""
+    """Returns the part of a step along the weighted mean of the target normals; the whole step if this mean is 0."""
     mx = my = mz = 0.0
     for k in range(start, stop):
         f = np.uint32(rows[k, 0])

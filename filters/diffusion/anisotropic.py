@@ -41,11 +41,10 @@ def perona_malik(
 
     g(x) is 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast. Other
     M-estimators stop diffusion at edges entirely ("tukey", "truncated_l2", "hampel"), partly ("huber") or not at all ("l2"). For
-    vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Vertices do not move, and
-    distances between them do not matter.
+    vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Distances between vertices do
+    not matter.
 
-    What flows to s leaves p, so the sum over all vertices stays the same if all may change. No value leaves the range of the
-    input, because up to the longest allowed step each new value is a mean of old values.
+    The sum over all vertices stays the same if all may change. No value leaves the range of the input.
 
     Args:
         values: (n,) or (n, k) finite values, one or k per vertex.
@@ -55,7 +54,7 @@ def perona_malik(
             for "gaussian", 2.24 for "tukey", 2.80 for "truncated_l2". Here m is 1.4826 times the median |I_p - I_s| over the
             edges of the mesh; if the median is 0, m is the mean |I_p - I_s|.
         step: above 0 and at most 1 / d, d the largest number of neighbours of a vertex. Larger is smoother. None: 1 / d.
-        iterations: number of steps. More are smoother; the time is proportional.
+        iterations: number of steps. More are smoother.
         movable: (n,) bool, the vertices whose values may change, None for all. Fixed values still flow to their neighbours.
         progress: called after every step.
 
@@ -93,14 +92,14 @@ def perona_malik(
             _diffuse(now, following, moves, rings, KERNEL_CODES[kernel], sigma, contrast, step)
             now, following = following, now
             progress((iteration + 1) / steps)
-    # Rounding may put a sum one bit outside the range.
+    # Rounding may put a value one bit outside the range.
     result = np.clip(now, start.min(axis=0), start.max(axis=0)) if len(start) else now
     # Unchanged values are taken from the input, since adding 0 turns -0.0 into 0.0.
     return np.asarray(np.where(result == start, start, result).reshape(unchanged.shape))
 
 
 def longest_step(faces: ArrayLike) -> float:
-    """The longest step of `perona_malik` on (m, 3) triangles: one over the largest number of neighbours of a vertex."""
+    """The longest step of `perona_malik` on (m, 3) triangles."""
     triangles = np.asarray(faces)
     return _longest_step(one_rings(triangles, int(triangles.max()) + 1)) if triangles.size else 1.0
 

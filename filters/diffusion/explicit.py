@@ -41,24 +41,23 @@ def explicit_smoothing(
     """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
     Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; `taubin_fairing` does not shrink
-    them. `implicit_fairing` smooths strongly in one step of any length.
+    them.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles. Without faces and with the operator "robust" the vertices are a point cloud.
-        operator: the Laplace operator L; see `build_laplacian`. Weights that depend on lengths or angles are computed anew for
-            every step; the weights of "robust" once, for the input.
+        operator: the Laplace operator L; see `build_laplacian`. Weights are computed anew for every step, except for "robust".
         step: larger is smoother. For "uniform", "inverse_length" and "cotangent" the share of the way to the neighbours' mean,
             above 0 and at most 1. For the other operators a time in squared mesh units, stable up to 2 / rho with rho the largest
             eigenvalue of -L. The check replaces rho by Gershgorin's upper bound; for "laplace_beltrami" by the largest
-            eigenvalue of a single triangle [irons1971] if that is smaller than Gershgorin's bound.
-        iterations: number of steps. More steps smooth more; the time is proportional to their number.
+            eigenvalue of a single triangle [irons1971] if that is smaller.
+        iterations: number of steps. More steps smooth more.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
-            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. Off borders the rule is an Euler step of
-            length sum_j w_ij / (1 + sum_j w_ij), different at every vertex. `step` is not used, and negative cotangents are kept.
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. `step` is not used, and negative cotangents
+            are kept.
         whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
@@ -98,10 +97,10 @@ class ExplicitSurface(NamedTuple):
     """A mesh prepared for explicit iterations."""
 
     mesh: NormalisedMesh  # normalised, its points in the order of the stencil
-    advance: Advance  # writes p + step (L p) for the vertices that move
+    advance: Advance
 
     def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
-        """Runs the iterations; returns the (n, 3) vertices."""
+        """Returns the (n, 3) vertices after the iterations."""
         now = self.mesh.new_points()
         free = now.copy()
         with threads_for(len(now)):
@@ -124,7 +123,7 @@ def explicit_surface(
     steps: int,
     update: UpdateRule = "euler",
 ) -> ExplicitSurface:
-    """Prepares a mesh for iterations of `steps` steps each, and reorders it if that is faster; see `explicit_smoothing`."""
+    """Prepares a mesh for iterations of `steps` steps each, and reorders it if that is faster."""
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
     mesh = normalised_mesh(points, triangles, movable, whole)
@@ -162,11 +161,11 @@ def taubin_fairing(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        operator: the Laplace operator L; weights that depend on lengths or angles are computed anew for every step.
+        operator: the Laplace operator L; weights are computed anew for every step.
         step: lambda, above 0. Larger is smoother.
         mu: the step back, below -step. A mu nearer to -step narrows the pass band, and so smooths more.
         pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
-        iterations: number of pairs of steps. More pairs damp more, but only above the pass band, and take longer.
+        iterations: number of pairs of steps. More pairs damp more, but only above the pass band.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
@@ -211,8 +210,8 @@ def meshlab_taubin_smooth(
 ) -> Floats:
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
-    Like MeshLab it rounds the factors to single precision. A vertex with b border edges is itself included in the mean of its b
-    border neighbours, and so moves b / (b + 1) times as far as in `taubin_fairing`.
+    Like MeshLab it rounds the factors to single precision. A vertex with b border edges moves b / (b + 1) times as far as in
+    `taubin_fairing`.
 
     Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
     """
@@ -255,7 +254,7 @@ def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) 
     Args:
         k: any shape; from 0 to 2 for a normalised operator.
         step: lambda.
-        mu: the step back; 0 gives the response of `iterations` explicit steps.
+        mu: the step back; 0 gives the response of explicit steps.
         iterations: number of pairs of steps.
     """
     values = np.asarray(k, dtype=np.float64)
@@ -303,7 +302,7 @@ def remove_spikes(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        vertices: (n, 3) float64; all vertices but the tips keep every bit. Border vertices are never tips.
+        vertices: (n, 3) float64; all but the tips keep every bit. Border vertices are never tips.
         spikes: (n,) bool, the tips.
 
     Raises:

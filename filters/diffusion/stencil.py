@@ -1,7 +1,6 @@
 """Explicit steps of an operator on a mesh: the choice of vertices that move, the kernels, and a bound of the spectrum.
 
-Each kernel reads the points p before the step, and writes the points after it for all vertices that move:
-out_i = p_i + step (L p)_i. If `moves` is 0 at a vertex, the kernel does not write out_i.
+Each kernel writes out_i = p_i + step (L p)_i for all vertices that move, those where `moves` is not 0.
 """
 
 from __future__ import annotations
@@ -31,18 +30,17 @@ from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, NO_STAR, OPEN, Border
 #: "euler": p + step (L p). "meshlab": MeshLab's rule, which includes the vertex in the mean.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
-#: Takes the points before the step, an array for the points after the step, and the step; fills the array at the vertices that
-#: move. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode; after a longer step the
-#: points are undefined.
+#: Takes the points before the step, an array for the points after the step, and the step. Returns an upper bound of the spectrum
+#: of -L: a step of at most 2 / bound amplifies no mode; after a longer step the points are undefined.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 #: The offsets, (n + 1,) int64, and the neighbours, int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
 #: Parallel kernels take the two arrays one by one: with the tuple their short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
-# Indices in kernels are unsigned: the compiler would test signed ones for being negative.
+# Unsigned indices: for signed ones the compiler adds a test.
 _U: Any = np.uint64
 #: The divisor of the operator: the sum of absolute weights; the mixed Voronoi area; MeshLab's sum of doubled weights, plus one.
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
-#: The number of vertices in a block; the edges of their stars stay in the first-level cache.
+#: Vertices in a block; the edges of their stars stay in the first-level cache.
 _BLOCK = 64
 
 
@@ -95,7 +93,7 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, kinds: K
 
         def advance(now: Floats, out: Floats, step: float) -> float:
             bound = stencil(now, out, step)
-            # The sharper bound costs a pass over the triangles, so it is computed only if it can make a difference.
+            # The sharper bound costs a pass over the triangles.
             return bound if step * bound <= 2.0 else min(bound, float(_element_bound(now, mesh.cells)))
 
         return advance
@@ -174,7 +172,6 @@ def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, weight: float) -> Ad
 
 @compiled(parallel=True)
 def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float) -> None:
-    """Moves vertices towards the mean of their one-ring."""
     for i in prange(moves.shape[0]):
         if moves[i]:
             start, stop = _U(offsets[i]), _U(offsets[i + 1])
@@ -248,7 +245,6 @@ def _length_step(
 
 @compiled(parallel=True)
 def _sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
-    """Writes the sum of the lengths of each vertex's edges to `sums`."""
     for i in prange(sums.shape[0]):
         total = 0.0
         for k in range(_U(offsets[i]), _U(offsets[i + 1])):
@@ -337,7 +333,7 @@ def _move_block(
 
 @compiled
 def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule: int, step: float) -> float:
-    """Does what `_star_step` does, for the irregular vertices that move."""
+    """Does what `_star_step` does, for irregular vertices."""
     _, offsets, neighbours, irregular, end_offsets, ends = star
     bound = 0.0
     for m in range(irregular.shape[0]):

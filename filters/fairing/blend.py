@@ -74,8 +74,8 @@ def facing_rims(
 ) -> tuple[Ints, Ints]:
     """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.
 
-    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean of two values: for each rim, the
-    mean distance from its vertices to the nearest vertex of the other rim.
+    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean distance from the vertices of one
+    to the nearest vertex of the other, averaged over both directions.
     """
     rims = [
         loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
@@ -153,17 +153,16 @@ class Blend:
 
     vertices: Floats  # (k, 3) the new vertices
     faces: Ints  # (b, 3) the new triangles, oriented like those at the rims; n + i is new vertex i of a mesh of n vertices
-    rims: tuple[Ints, Ints]  # the vertices of the two rims, in the direction of the new triangles
+    rims: tuple[Ints, Ints]  # their vertices, in the direction of the new triangles
     doubtful: bool  # whether a part may be inside out: `one_is_inside_out` gave None
 
 
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
     """Builds a band of triangles between two rims, as dense as the rims.
 
-    Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that
-    contains the shortest span and has the least sum of squared span lengths. Rows of new vertices divide the spans of this
-    triangulation evenly. The same search joins neighbouring rows by triangles, which are equilateral on average, see
-    `_rows_between`.
+    The search of [fuchs1977] finds the triangulation without new vertices that contains the shortest span and has the least sum
+    of squared span lengths. Rows of new vertices divide the spans of this triangulation evenly. The same search joins
+    neighbouring rows by triangles, which are equilateral on average.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -260,7 +259,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 @compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1."""
+    """Fills rows `start` to `end` - 1 of the grid; `costs` holds those of row start - 1, afterwards of row end - 1."""
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0
@@ -279,7 +278,6 @@ def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats
 
 @compiled
 def _way_back(from_first: Bools) -> Ints:
-    """Traces the path of least cost back from the end of the grid; returns it from its start."""
     i, j = from_first.shape[0] - 1, from_first.shape[1] - 1
     path = np.empty((i + j, 2), dtype=np.int32)
     for k in range(i + j - 1, -1, -1):

@@ -32,15 +32,12 @@ LARGEST_RIM = 10_000
 
 
 class HoleFilling(NamedTuple):
-    """Vertices and faces that close the holes of a mesh of n vertices and m faces.
-
-    The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
-    """
+    """Vertices and faces to append to a mesh of n vertices, so that its holes are closed."""
 
     new_vertices: Floats  # (a, 3)
     new_faces: Ints  # (b, 3) oriented like the adjacent faces; indices from n on mean `new_vertices`
-    hole_of_face: Ints  # (b,) ascending, the index in `closed` of the hole that each new face closes
-    hole_of_vertex: Ints  # (a,) ascending, the index in `closed` for each new vertex
+    hole_of_face: Ints  # (b,) ascending, the hole of each new face as an index in `closed`
+    hole_of_vertex: Ints  # (a,) ascending, the hole of each new vertex
     closed: tuple[Ints, ...]  # for each closed hole (k,) its rim vertices in order, in the direction of the new faces
     islands: tuple[Ints, ...]  # for each closed hole (k,) the rim vertices of islands that the new faces join; usually empty
     left_open: tuple[OpenRim, ...]  # the other rims, with the reason
@@ -67,10 +64,9 @@ def close_holes(
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
     triangulation, and each round makes it more regular. If a patch bends more than `SHARP` times as much at its rim as the
-    mesh around, its edges get shorter: a narrow hole between sides that do not match needs more edges to be smooth. A
-    filling of more than `MOST_VERTICES` gets larger triangles away from the rim, so that time and memory grow with the rim alone.
-    If an energy moves new vertices out of the box of their rim by more than `FURTHEST`, for example beside a spike, the next
-    lower energy places them.
+    mesh around, its edges get shorter. A filling of more than `MOST_VERTICES` gets larger triangles away from the rim, so that
+    time and memory grow with the rim alone. If an energy moves new vertices out of the box of their rim by more than `FURTHEST`,
+    the next lower energy places them.
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
@@ -84,17 +80,16 @@ def close_holes(
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
-        refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices and
-            nothing to fair.
+        refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices.
         rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
-        islands: "join": new faces connect islands with the rim around. If an island cannot be joined, its hole stays open
-            too. "leave": islands stay loose, and the new faces may intersect them.
+        islands: "join": new faces connect islands with the rim around; if that is impossible, the hole stays open. "leave":
+            islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that is only
             probably an outer border, see `outer_borders`, is closed too. None for all holes.
         progress: called with the completed share; may raise to stop.
 
     Returns:
-        The vertices and faces to add. The vertices and faces of the mesh itself do not change. Deterministic.
+        The vertices and faces to add. Deterministic.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -147,7 +142,7 @@ class _PlacedPatch(NamedTuple):
 
 
 class Patches:
-    """A mesh, and the patches that have closed its holes so far."""
+    """A mesh with the patches that close its holes."""
 
     def __init__(self, points: Floats, faces: Ints, rims: list[BoundaryLoop]) -> None:
         self._points, self._faces = points, faces
@@ -173,7 +168,7 @@ class Patches:
         is_a_face = len(outline.vertices) == 3 and outline.opposite[0] == outline.vertices[2]
         triangles = None if is_a_face else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
-            # Diagonals may repeat edges of the mesh here, since refinement splits these diagonals.
+            # Diagonals may repeat edges of the mesh here, since refinement splits diagonals.
             triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
         if triangles is None:
             return False
@@ -249,7 +244,7 @@ class Patches:
         if not rejected:
             self.move(moved)
             return {}
-        # A rejected patch distorts the patches that meet it, so the other patches are placed again without it.
+        # A rejected patch distorts the patches that meet it.
         return dict.fromkeys(rejected, True) | self._place([k for k in group if k not in rejected], energy, progress)
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
@@ -260,7 +255,7 @@ class Patches:
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
-            # A filling that bulges has a larger area than before, so its band may have to be narrower.
+            # A filling that bulges has a larger area, so its band may have to be narrower.
             uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
@@ -292,7 +287,7 @@ class Patches:
 
 
 def _reach(rim: Floats, new: Floats) -> float:
-    """The largest distance of new vertices from the bounding box of their rim, in diagonals of the box."""
+    """The distance that `FURTHEST` limits."""
     low, high = rim.min(axis=0), rim.max(axis=0)
     outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
     return float(outside.max(initial=0.0)) / (float(np.linalg.norm(high - low)) or 1.0)
@@ -330,8 +325,7 @@ def remesh_region(
 ) -> tuple[Bools, HoleFilling]:
     """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
 
-    `fair_region` keeps the triangles, so the needles and folds of rough damage remain and distort the solution. Here the new
-    surface depends only on the vertices around the region.
+    Unlike `fair_region`, this keeps no needles and folds: the new surface depends only on the vertices around the region.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -342,8 +336,7 @@ def remesh_region(
         progress: called with the completed share; may raise to stop.
 
     Returns:
-        (n,) bool, the vertices to delete with their faces: the region without the vertices of triangles at open borders; and
-        the filling, whose indices refer to the mesh before the deletion.
+        (n,) bool, the vertices to delete with their faces; and the filling, whose indices refer to the mesh before the deletion.
 
     Raises:
         FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.

@@ -26,8 +26,8 @@ def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
 
     Vertices are sorted into levels by their distance in edges from one end of the graph. The separator is the set of vertices of
     a middle level that touch the next level. It comes last in the order; the two sides come first, each ordered in the same way
-    [george1973]. On a surface the factors have about n log n entries. SuperLU's minimum degree orders are not used because they
-    take quadratic time on regular meshes; docs/solvers.md compares the times.
+    [george1973]. On a surface the factors have about n log n entries. SuperLU's minimum degree orders take quadratic time on
+    regular meshes; docs/solvers.md compares the times.
 
     Returns:
         order: (n,) int32 a permutation.
@@ -77,7 +77,7 @@ def _dissect(
             inside[order[k]] = True
         reached = bounds[_levels(matrix, order[low], inside, queue, bounds)]
         if reached < high - low:
-            # The range is not connected: each of its components becomes a part.
+            # Each component of the range becomes a part.
             waiting.append((low, low + reached))
             for k in range(low, high):
                 if inside[order[k]]:

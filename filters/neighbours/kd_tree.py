@@ -1,9 +1,9 @@
 """Finds the exact nearest neighbours of each point of a cloud by a balanced k-d tree [friedman1977], built on all cores.
 
 The trees of SciPy and pykdtree do not order points at the same distance and are slower; docs/solvers.md has the times.
-The points of a node are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that
-the tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves,
-its children cover the two halves of the range, and every leaf but the last is full.
+The points of a node are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points. Node 1 is
+the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its children cover the two halves of the
+range, and every leaf but the last is full.
 """
 
 import math
@@ -24,21 +24,21 @@ LEAF = 16
 _SUBTREE = 4096
 #: Size of a stack for any traversal of a tree of 2^31 points.
 STACK = 64
-#: The column of the index, after the three coordinates; a float64 holds an index exactly.
+#: The column of the index; a float64 holds an index exactly.
 _INDEX = 3
 #: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: A bound above every index: with it, all points exactly at the distance bound are candidates.
+#: The index bound that lets every point at exactly the distance bound be a candidate.
 ANY_INDEX = 2**62
-#: Number of guesses at a distance before an exact selection: with equal distances all guesses may fail.
+#: Guesses at a distance before an exact selection: with equal distances all guesses may fail.
 _GUESSES = 6
 #: The approximate share of the whole time that building the tree takes.
 _BUILDING = 0.2
-#: The largest number of neighbours that one task finds. Such a task takes about 0.01 s, and its arrays fit the cache.
+#: The most neighbours that one task finds, in about 0.01 s; its arrays fit the cache.
 _CHUNK = 2**18
-#: Least number of tasks for a large cloud, so that all threads end at about the same time.
+#: The least number of tasks for a large cloud, so that threads end at about the same time.
 _TASKS = 64
-#: A task finds at least this number of neighbours: half a millisecond of work, a hundred times the cost of starting a task.
+#: The fewest neighbours that one task finds, in half a millisecond, a hundred times the cost of starting a task.
 _LEAST = 2**14
 #: If a point has more than 2 k candidates, only the nearest k to k + k / `_MORE` are kept.
 _MORE = 8
@@ -80,7 +80,7 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
 
     split = partial(_split_node, rows[:count], LEAF, boxes, lowest)
     build = partial(split_nodes, rows[:count], LEAF, boxes, lowest)
-    # The nodes of a level are independent. The upper levels are split one after the other; each subtree below them is one task.
+    # The upper levels are split one after the other; each subtree below them is one task.
     level = [(1, 0, leaves)]
     depth = ((leaves - 1) // _SUBTREE).bit_length()
     for above in range(depth):
@@ -100,8 +100,8 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
 def split_nodes(rows: Floats, leaf: int, boxes: Floats, lowest: Longs, node: int, first: int, last: int) -> None:
     """Splits a node, which covers the leaves from `first` to before `last`, and all nodes below it, in place.
 
-    It sorts the (n, 4) rows of coordinates and index into the order of the tree, `leaf` rows in a leaf. For each node it writes
-    the lowest and highest coordinates to the (nodes, 2, 3) `boxes`, and the smallest index to the (nodes,) `lowest`.
+    It sorts the (n, 4) rows of coordinates and index into the order of the tree, `leaf` rows in a leaf. For `boxes` and `lowest`
+    see `KdTree`.
     """
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
@@ -169,7 +169,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the k to `most` nearest candidates to the front; returns their number, and the new bounds on distance and index."""
+    """Moves the nearest k to `most` candidates to the front; returns their number, and new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -214,7 +214,7 @@ def _count_within(near: Floats, q: int, count: int, limit: float) -> int:
 
 @compiled(nogil=True)
 def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Keeps the candidates within a distance, in a loop without branches."""
+    """Keeps the candidates within a distance."""
     front = np.uint64(0)
     for i in range(count):
         distance = near[q, i]
@@ -224,7 +224,7 @@ def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> No
 
 @compiled(nogil=True)
 def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Moves the candidates within a distance before the others, in a loop without branches."""
+    """Moves the candidates within a distance before the others."""
     front = np.uint64(0)
     for i in range(count):
         distance, position = near[q, i], at[q, i]
@@ -256,7 +256,7 @@ def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, in
 
 @compiled(nogil=True)
 def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[int, int]:
-    """Returns the range, `low` to j or i to `high`, that has the `middle`; an empty range if neither has it."""
+    """Returns which of the ranges `low` to j and i to `high` has the `middle`; an empty range if none has it."""
     if middle <= j:
         return low, j
     if middle >= i:
@@ -309,7 +309,7 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
 
 @compiled(nogil=True)
 def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int) -> None:
-    """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf, which needs little memory."""
+    """Fills the rows of the points in the leaves from `first` to before `last`, leaf by leaf to save memory."""
     k = indices.shape[1]
     positions, squared = np.empty((LEAF, k), np.int32), np.empty((LEAF, k))
     for leaf in range(first, last):
@@ -322,7 +322,7 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the neighbours of each point, sorted by distance, then by index. `start` is the position of the first point."""
+    """Writes the neighbours of each point, sorted by distance, then by index."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
@@ -347,7 +347,6 @@ def _sort_rows(
 
 @compiled(nogil=True)
 def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, places: Ints) -> None:
-    """Writes the place of each neighbour in a row by distance, then by index."""
     for i in range(places.shape[0]):
         place, index = 0, index_at[positions[r, i]]
         for j in range(places.shape[0]):
@@ -393,8 +392,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
         while top > 0:
             top -= 1
             node, a, b, gap = stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top]
-            # Descends to the nearest leaf and pushes the farther child of each node. At equal gaps the left child comes first: if
-            # all points coincide, it has the lower indices.
+            # At equal gaps the left child comes first: if all points coincide, it has the lower indices.
             while b - a > 1 and _within(gap, lowest[node], bound, tie):
                 middle = (a + b) // 2
                 left_gap, right_gap = _gap(box, boxes, 2 * node), _gap(box, boxes, 2 * node + 1)
@@ -424,7 +422,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     count += np.uint64(distances[i] <= limit)  # adds 0 or 1 without a branch
                 counts[q] = count
                 if counts[q] > 2 * k:
-                    # A few more than k may stay, since selecting exactly k would take longer.
+                    # Selecting exactly k would take longer.
                     counts[q], bounds[q], ties[q] = keep_nearest(near, at, q, counts[q], k, k + k // _MORE, limit, indices)
                     shrunk = True
             if shrunk:
@@ -451,7 +449,7 @@ def _gaps(coordinates: Floats, leaf: int, boxes: Floats, node: int, gaps: Floats
 
 @compiled(nogil=True)
 def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
-    """Whether a box at the squared distance `gap`, with the given lowest index, can hold a candidate."""
+    """Whether a box at the squared distance `gap` can hold a candidate."""
     return gap < bound or (gap == bound and lowest < tie)
 
 

@@ -1,9 +1,9 @@
 """The eigenproblem of a surface, S v = kappa M v, and responses: the factors by which filters multiply its modes.
 
-The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
+The frequency of a mode is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
 All responses combine profiles exp(-ln 2 (omega / omega_c)^(2 n)) with one or two cutoffs omega_c. Diffusion of order n has this
-profile after the time that halves the amplitude at omega_c. A profile is as flat at 0 as 1 / (1 + (omega / omega_c)^(2 n)), and
-falls faster, so that it needs fewer eigenvectors. The default n = 2 is the lowest order that is flatter at 0 than diffusion.
+profile after the time that halves the amplitude at omega_c. A profile is as flat at 0 as Butterworth's
+1 / (1 + (omega / omega_c)^(2 n)), and falls faster, so that it needs fewer eigenvectors.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class SpectralProblem:
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
         vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
             have no row.
-        components: (n,) the component of each row, numbered from 0 in order of occurrence. No entry of S joins two components.
+        components: (n,) the component of each row, numbered from 0 in order of occurrence.
         n_vertices: the number of vertices of the mesh.
     """
 
@@ -49,7 +49,7 @@ class SpectralProblem:
 
     @property
     def n_components(self) -> int:
-        """The number of connected components."""
+        """The number of components."""
         return int(self.components.max(initial=-1)) + 1
 
     @property
@@ -109,7 +109,7 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorNam
 
 
 def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
-    """Returns (n, 3) points relative to the centroid of their component, which no filter moves, and (n, 3) these centroids."""
+    """Returns (n, 3) points relative to the centroid of their component, and (n, 3) these centroids."""
     parts, mass = problem.components, problem.mass
     weight = np.bincount(parts, mass)
     means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
@@ -129,11 +129,11 @@ class Response:
     F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 order)).
     """
 
-    name: ResponseName  # the name of the function that made it
+    name: ResponseName  # see `RESPONSES`
     cutoffs: tuple[float, ...]  # the frequencies at which the profiles are 1/2, ascending, in radians per unit length
     order: int
-    weights: tuple[float, ...]  # the weights of the profiles
-    infinity: float = 0.0  # the limit of F for short waves
+    weights: tuple[float, ...]
+    infinity: float = 0.0
 
     def __call__(self, frequencies: Floats) -> Floats:
         """Returns F at each frequency from 0. F(0) is 1, so that each component keeps its centroid."""
@@ -158,7 +158,7 @@ class Response:
 
 
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
-    """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
+    """Removes waves shorter than the detail size: F(2 pi / detail_size) = 1/2 exactly.
 
     A larger `detail_size`, in mesh units, removes more. A larger `order` n cuts off more sharply, takes longer and rings more.
     """

@@ -1,8 +1,7 @@
 """Boundary loops, connected components, and the submesh around a region.
 
 A loop has the direction of the faces that would close it. At a vertex with several fans of faces, the border goes from each fan
-to the next one round the vertex. So two holes that share a vertex have two loops. A loop passes a vertex twice if, for example,
-this vertex alone attaches a part of the surface to the rest.
+to the next fan round the vertex. So two holes that share a vertex have two loops.
 """
 
 from collections import defaultdict
@@ -109,7 +108,7 @@ def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[Br
 def _successors(
     starts: Ints, ends: Ints, faces: Ints, vertices: Floats, non_manifold: Bools
 ) -> tuple[Ints, dict[int, BreakReason]]:
-    """Returns (b,) the border edge after each border edge, -1 at a break; and maps each vertex with a break to the reason."""
+    """Returns (b,) the border edge after each border edge, -1 at a break; and the reason for each vertex with a break."""
     n = len(vertices)
     leaving, arriving = np.bincount(starts, minlength=n), np.bincount(ends, minlength=n)
     balanced = (leaving == arriving) & ~non_manifold
@@ -217,7 +216,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 class Submesh(NamedTuple):
     """Free vertices with rings of fixed vertices around them."""
 
-    vertices: Ints  # (n,) their indices in the mesh, ascending
+    vertices: Ints  # (n,) indices in the mesh, ascending
     faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not
@@ -234,12 +233,11 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
     for _ in range(rings - 1):
         inside[chosen] = True
         chosen = _touching(faces, inside)
-    # A mask gives the vertices in ascending order without sorting.
     vertices = np.flatnonzero(mask_of(chosen, len(points))).astype(np.int32)
     number = np.empty(len(points), dtype=np.int32)
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     local = number.take(chosen)
-    # An edge within the outermost ring that has one face in the submesh may have another face outside of the submesh.
+    # An edge within the outermost ring may have another face outside of the submesh.
     edges = listed_edges(*faces_by_edge(local, len(vertices)), 1, 1)[0]
     border = mask_of(edges[inside.take(vertices)[edges].any(axis=1)], len(vertices))
     return Submesh(vertices, local, points.take(vertices, axis=0), free.take(vertices) & ~border, border)
@@ -247,7 +245,6 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 
 @compiled
 def _touching(faces: Ints, marked: Bools) -> Ints:
-    """The triangles with a marked vertex, in the order of `faces`."""
     touching = np.empty((faces.shape[0] + 1, 3), dtype=np.int32)  # the system allocates only the pages that are written
     at = 0
     for f in range(faces.shape[0]):

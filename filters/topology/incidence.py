@@ -1,7 +1,7 @@
 """Incidence of vertices, edges and faces of a triangle list, as compressed sparse rows in linear time; edge flips.
 
-A proper face has three different vertices. All other faces are ignored: they have no edges and belong to no vertex. A border edge
-has exactly one face, a non-manifold edge has more than two.
+A proper face has three different vertices. All other faces are ignored. A border edge has exactly one face, a non-manifold edge
+has more than two.
 """
 
 from collections.abc import Callable
@@ -14,15 +14,15 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
-#: "fixed": border vertices stay. "along": border vertices are smoothed as a curve, by their neighbours along border edges alone.
-#: "free": border vertices are treated like all others, and the border shrinks.
+#: "fixed": border vertices stay. "along": they are smoothed as a curve, by their neighbours along border edges alone. "free":
+#: they are treated like all others, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 #: More faces than an edge can have.
 _ANY = 1 << 31
-# Indices are unsigned: for signed indices the compiler adds a test for negative ones.
+# Unsigned indices: for signed ones the compiler adds a test.
 _U: Any = np.uint64
-# Insertion sort is faster than merge sort up to this length; its quadratic time would be slow at the hub of a large fan.
+# Insertion sort is faster than merge sort up to this length.
 _SHORT = 48
 
 
@@ -137,7 +137,7 @@ class OneRings(NamedTuple):
 
     offsets: Longs  # (n + 1,)
     neighbours: Ints  # (2 e,) for e edges
-    face_counts: Ints  # (2 e,) number of faces at the edge to each neighbour: 1 on a border, more than 2 if non-manifold
+    face_counts: Ints  # (2 e,) number of faces at the edge to each neighbour
 
     def along_border(self) -> "OneRings":
         """Neighbours along border edges; empty on a closed mesh."""
@@ -228,7 +228,7 @@ def _listed_by_vertex(
     ``offsets[i + 1]``. `fill` writes each entry there and increments that offset; then the entries start at ``offsets[i]``.
     """
     triangles = np.ascontiguousarray(faces, dtype=np.int32)
-    # Large arrays are allocated by numpy and not in kernels, because numpy requests huge pages, which are twice as fast.
+    # Large arrays are allocated by numpy, not in kernels: numpy requests huge pages, which are twice as fast.
     offsets = np.zeros(n_vertices + 2, dtype=np.int64)
     count(triangles, offsets)
     np.cumsum(offsets, out=offsets)
@@ -268,7 +268,7 @@ def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
 
 @compiled
 def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
-    """Sorts ``values[start:stop]`` in place: short slices by insertion sort, others by merge sort."""
+    """Sorts ``values[start:stop]`` in place."""
     if stop - start > _SHORT:
         part = values[start:stop]
         part[:] = part[np.argsort(part, kind="mergesort")]
@@ -329,7 +329,7 @@ def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
 
 @compiled
 def corner_at(faces: Ints, f: int, vertex: int) -> int:
-    """The corner, 0 to 2, of face f at its vertex `vertex`."""
+    """The corner, 0 to 2, of face f at `vertex`."""
     if faces[f, 0] == vertex:
         return 0
     return 1 if faces[f, 1] == vertex else 2
@@ -345,10 +345,7 @@ def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, i
 
 @compiled
 def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
-    """The number of faces in the fan round corner k of face f; -1 if one of these faces contains the vertex `other`.
-
-    The walk follows `across` once round the vertex, or in both directions to the border.
-    """
+    """The number of faces in the fan round corner k of face f; -1 if one of these faces contains the vertex `other`."""
     vertex = faces[f, k]
     size, g, closed = 0, f, False
     for direction in range(2):

@@ -15,13 +15,13 @@ from ..mesh import Ints, Longs
 from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
-# Indices are unsigned: for signed indices the compiler adds a test for negative ones.
+# Unsigned indices: for signed ones the compiler adds a test.
 _U: Any = np.uint64
 #: The kinds of stars: no triangle; a closed ring; a fan from border to border; anything else.
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Ordering the triangles round a vertex may take quadratic time: a star with more triangles than this counts as irregular.
 _LARGEST_WALK = 64
-# Number of vertices in a block. The vertices of a block share one hash table.
+# The number of vertices that share a hash table.
 _BLOCK = 1024
 _SLOT_BITS = 10
 #: The size of the hash table in which kernels look up vertices, see `slot_of`.
@@ -37,7 +37,7 @@ class Stars(NamedTuple):
 
     A closed star starts at the lowest neighbour and goes on to the lower of the two vertices next to it. An open star goes from
     the lower to the higher border vertex. An irregular star (non-manifold edges, several fans, over 64 triangles) is ascending.
-    Lower means the lower vertex name, see `stars`; the order and the orientation of the faces do not matter.
+    Lower means the lower vertex name, see `stars`.
     """
 
     kinds: Kinds  # (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`
@@ -71,10 +71,9 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """Returns the star of every vertex; the star of a vertex that no face uses is empty.
 
     The (n,) int32 `names`, all different, decide the first vertex and the direction of each star; None takes the vertex indices.
-    A mesh with renumbered vertices and the same names has the same stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
-    del faces  # frees memory for the arrays below, unless the caller holds a reference
+    del faces  # frees memory, unless the caller holds a reference
     walks = np.empty(len(ring) // 2, dtype=np.int32)
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     with threads_for(n_vertices):
@@ -170,7 +169,7 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds,
 
 @compiled
 def slot_of(vertex: int) -> int:
-    """The hash of a vertex, from 0 to `SLOTS` - 1; neighbours of a vertex mostly have different hashes, for any numbering."""
+    """The hash of a vertex, from 0 to `SLOTS` - 1; neighbours of a vertex mostly have different hashes."""
     slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
     return slot
 
@@ -179,8 +178,8 @@ def slot_of(vertex: int) -> int:
 def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: Any, tag: int, walks: Ints) -> bool:
     """Joins the pairs of a star to a closed walk ab, bc, cd ... za, and writes it to `walks`; returns False if it finds none.
 
-    `table` is a hash table, so the walk needs no search: an entry has the vertex, the place of its pair, the tag of this star and
-    the slot of the next vertex. The walk fails if triangles are oriented differently or two vertices share a slot.
+    An entry of the hash `table` has the vertex, the place of its pair, the tag of this star and the slot of the next vertex. The
+    walk fails if triangles are oriented differently or two vertices share a slot.
     """
     first, last = _U(start), _U(stop)
     begin, before = ends[first], ends[first]  # the vertex with the lowest name, and the vertex before it
@@ -215,7 +214,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
 
 @compiled
 def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
-    """Writes to `walks` the walk ab, bc ... za of the `size` pairs from `start` on, in the order of a closed star (`Stars`)."""
+    """Writes the walk ab, bc ... za of the `size` pairs from `start` on to `walks`, in the order of `Stars`."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
     for m in range(size):

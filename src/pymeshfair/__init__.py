@@ -39,7 +39,7 @@ __all__ = [
 
 
 class _Public(list[str]):
-    """The public names; ``help(pymeshfair)`` asks by ``in``: it leaves out two classes with a method for each of 300 filters."""
+    """The public names; ``help(pymeshfair)``, which tests names by ``in``, leaves out two classes with 300 methods each."""
 
     def __contains__(self, name: object) -> bool:
         return name not in ("MeshSet", "Recipe") and super().__contains__(name)

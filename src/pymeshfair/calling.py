@@ -34,7 +34,7 @@ def check_needs(declared: Filter, layer: Layer) -> None:
 
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Returns the values of parameters, with lengths converted to mesh units on this layer."""
+    """Returns the values, with lengths converted to mesh units on this layer."""
 
     def mesh_units(name: str, length: Length) -> float:
         def mean_edge() -> float:

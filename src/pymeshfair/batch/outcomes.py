@@ -1,7 +1,7 @@
 """Outcomes of scans: the journal, from which a batch can resume, the search for outliers, and the tables of a batch.
 
 A journal has one line of JSON for each outcome; the line is on the disk before the outcome is reported. ``batch.json`` and
-``batch.csv`` have all finished scans, also those cleaned before a resumption. `QUESTIONS` has the numbers that show outliers.
+``batch.csv`` have all finished scans, also those cleaned before a resumption.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ..processes.environment import versions
 from ..running.job import Job, plain
 from .plan import labels
 
-#: file names in the folder of outputs: of the journal, and of the tables
+#: files in the folder of outputs
 NAME, TABLE, DOCUMENT = "batch.jsonl", "batch.csv", "batch.json"
 SCHEMA = "pymeshfair-batch-1"
 #: "done"; "broken": written with `keep_broken` although a guard was broken; "failed": not written
@@ -60,7 +60,6 @@ class Outcome:
 
     @classmethod
     def of_error(cls, input: Path, output: Path, error: BaseException, seconds: float, host: str) -> Outcome:
-        """Returns the outcome of a run that failed."""
         unexpected = "" if isinstance(error, PymeshfairError | OSError) else f"unexpected {type(error).__name__}: "
         place = getattr(error, "place", None)
         description = {
@@ -96,7 +95,6 @@ class Outcome:
         )
 
     def to_document(self) -> dict[str, Any]:
-        """Returns the outcome as a dictionary that JSON can hold."""
         return {name: value for name, value in asdict(self).items() if name != "resumed"}
 
 
@@ -129,7 +127,7 @@ class Journal:
     """The journal in a folder of outputs; a context manager that locks the folder against other batches."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
-        """Opens and locks the journal; without `resume` its old lines are deleted when the first scan ends."""
+        """Without `resume` the old lines are deleted when the first scan ends."""
         self.path = folder / NAME
         try:
             self._file = self.path.open("a+b", buffering=0)
@@ -149,7 +147,6 @@ class Journal:
         self._file.close()
 
     def append(self, outcome: Outcome) -> None:
-        """Writes one line, and waits until it is on the disk."""
         line = json.dumps(outcome.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
         try:
             if self._has_old_lines:
@@ -166,7 +163,7 @@ class Journal:
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Reads the last outcome of each output; skips incomplete lines. A missing journal has no outcomes."""
+    """Reads the last outcome of each output; skips incomplete lines."""
     outcomes: dict[str, Outcome] = {}
     for line in path.read_bytes().splitlines() if path.exists() else ():
         try:
@@ -231,7 +228,7 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
 
 
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
-    """Returns the row of a scan in the table, by column name; `far` has the `QUESTIONS` in which the scan is an outlier."""
+    """Returns the row of a scan in the table, by column name; `far` are the `outliers` of this scan."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
@@ -255,7 +252,7 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
 
 #: measures that the table has before and after the run
 _COMPARED = ("vertices", "faces", "roughness")
-#: an outcome, a unique short name of its scan, and the `QUESTIONS` in which it is an outlier
+#: an outcome, a unique short name of its scan, and its `outliers`
 Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
 
 
@@ -264,15 +261,15 @@ class Summary:
     """The results of a batch."""
 
     outcomes: Sequence[Outcome]  # of the finished scans, in the order of the batch
-    planned: int  # the number of scans of the batch
+    planned: int  # the number of scans
     template: Job  # the options of all runs
     started: str  # the time in UTC
-    finished: str  # the time in UTC
-    seconds: float  # from start to end
+    finished: str
+    seconds: float
 
     @cached_property
     def rows(self) -> list[Row]:
-        """Returns the outcomes in the order of the batch, with names and outliers."""
+        """The outcomes in the order of the batch, with names and outliers."""
         names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
         return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
 
@@ -294,7 +291,6 @@ class Summary:
         }
 
     def document(self) -> dict[str, Any]:
-        """Returns the summary as a dictionary that JSON can hold."""
         recipe = self.template.recipe
         described: dict[str, Any] = plain(
             {
@@ -315,7 +311,7 @@ class Summary:
         return described
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Writes the JSON document and the CSV table, with one row for each scan; replaces the files of a former batch."""
+        """Writes the JSON document and the CSV table; replaces the files of a former batch."""
         table = io.StringIO()
         rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")
@@ -326,6 +322,6 @@ class Summary:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Writes a file atomically; replaces the file of a former batch."""
+    """Writes a file atomically; replaces an existing file."""
     write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -24,7 +24,7 @@ _BRAND = b'<p class="brand">pymeshfair</p>'
 
 
 def page_path(folder: Path, output: Path) -> Path:
-    """Returns the path of the page of a scan: ``reports/scan.ply.html`` in the folder of the batch for ``scan.ply``."""
+    """Returns the path of the page of a scan: ``reports/scan.ply.html`` for ``scan.ply``."""
     relative = output.relative_to(folder)
     return folder / PAGES / relative.with_name(f"{relative.name}.html")
 
@@ -108,9 +108,9 @@ def _verdict(summary: Summary) -> Verdict:
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
-    """Returns, for each kind of warning, one text, the number of scans with such a warning, and up to `_EXAMPLES` names.
+    """Returns, for each kind of warning, one text, the number of scans, and up to `_EXAMPLES` names; the most frequent first.
 
-    Warnings that differ only in numbers are of one kind. The most frequent kind comes first.
+    Warnings that differ only in numbers are of one kind.
     """
     occurrences: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:

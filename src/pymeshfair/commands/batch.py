@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 #: the largest number of left-out files that are named
 _NAMED = 10
-#: the largest number of scans in the table; of more scans, the worst are listed
+#: the most scans in the table; of more scans, the worst are listed
 _LISTED = 40
 
 
@@ -72,7 +72,7 @@ def batch(
     if report:
         chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
-    # Links keep their names, which other machines know; ".." is taken out, as it is of outputs.
+    # Links keep their names, which other machines know; ".." is removed, as in the paths of outputs.
     folder = output.resolve() if ".." in output.parts else output.absolute()
     settings = [setting.name for setting in template.recipe.script.settings]
     selected, dropped = without_outputs(expand(inputs, settings), folder)
@@ -166,7 +166,6 @@ def _line(scan: Scan, outcome: Outcome) -> str:
 
 
 def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
-    """Print a row for each scan (the worst first if there are many), the counts, the written files, and the errors."""
     if json:
         print_document(summary.document())
         return

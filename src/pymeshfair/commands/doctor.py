@@ -24,9 +24,9 @@ _ENOUGH_DISK = 1 << 30
 class Finding:
     """The result of one check."""
 
-    name: str  # the examined part
-    ok: bool  # whether it is as it should be
-    detail: str  # what was found
+    name: str
+    ok: bool
+    detail: str
     advice: str = ""  # the remedy, if something is wrong
 
 
@@ -60,7 +60,7 @@ def doctor(
 
 
 def _compile_others() -> list[str]:
-    """Compile the kernels of other packages by running their filters on a small mesh; return the errors."""
+    """Compile the kernels of other packages by running their filters; return the errors."""
     from ..meshset import MeshSet
     from ..registry import custom_filters
 
@@ -87,7 +87,7 @@ def look_around() -> Iterator[Finding]:
 
 
 def look_at_python() -> Iterator[Finding]:
-    """The interpreter, the system, and the installed versions of pymeshfair's requirements."""
+    """The interpreter, the system, and the versions of pymeshfair's requirements."""
     import platform
     import re
 
@@ -108,7 +108,7 @@ def look_at_python() -> Iterator[Finding]:
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported, tried in a process of its own, as a broken library may crash the process."""
+    """Whether pymeshlab can be imported, tried in a process of its own, which a broken library may crash."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment
@@ -177,7 +177,7 @@ def look_at_disk() -> Iterator[Finding]:
 
 
 def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
-    """The temporary folders that killed runs left in a folder; they do not count as wrong."""
+    """The temporary folders that killed runs left; they do not count as wrong."""
     from ..files.writing import WORK_PREFIX, abandoned_folders, remove_folder
 
     if not folder.is_dir():

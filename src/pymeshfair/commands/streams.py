@@ -30,13 +30,11 @@ class LastingStream(io.TextIOWrapper):
     failure: OSError | None = None  # the error that stopped writing, or None; a closed pipe is no failure
 
     def write(self, text: str) -> int:
-        """Write, or discard the text."""
         with self._going_on():
             super().write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Flush, or discard the text."""
         with self._going_on():
             super().flush()
 
@@ -72,7 +70,7 @@ def secure_streams() -> None:
 
 
 def failure_of_stdout() -> OSError | None:
-    """The error that stopped the output on stdout, or None."""
+    """The error that stopped the output, or None."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
 
@@ -100,7 +98,7 @@ def say(*texts: object, err: bool = False) -> None:
 
 
 def printable(text: object) -> str:
-    """The text with control characters escaped, because terminals execute them; line feeds and tabs stay."""
+    """The text with control characters escaped, because terminals execute them."""
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 
@@ -129,7 +127,7 @@ def show(document: Mapping[str, Any], lines: Iterable[str], *, json: bool) -> No
 
 
 def print_document(document: Mapping[str, Any]) -> None:
-    """Print `document` on stdout as JSON, and nothing else."""
+    """Print `document` as JSON."""
     sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     sys.stdout.flush()
 
@@ -159,7 +157,7 @@ STANDARD = Path("-")
 
 
 def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
-    """A shipped recipe, the script in a file, or the script on standard input; see `pymeshfair.recipe.load_recipe`."""
+    """A shipped recipe, the script in a file, or the script on standard input."""
     from ..recipe import load_recipe, parse_recipe
 
     if name != str(STANDARD):
@@ -168,7 +166,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input; one byte above the limit is enough, since larger scripts are refused."""
+    """The bytes of a script's file or of standard input, at most one above the limit, since larger scripts are refused."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

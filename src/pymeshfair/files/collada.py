@@ -19,11 +19,11 @@ from .polygons import edges_of, triangles_of
 from .scenes import METRES, Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: how many numbers each transformation of a node has
+#: how many numbers a transformation has
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
-#: by the semantic of an input, the parameters that are read; the name of each is one letter
+#: the parameters that are read, one letter each, by the semantic of an input
 _PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
@@ -210,7 +210,7 @@ class _Reader:
         return _Look() if text is None else _Look(tuple(numbers(text, "a colour of it", 4).tolist()))
 
     def _texture(self, effect: Element, name: str) -> int:
-        """Returns the number of a texture, -1 without an image; `name` leads to the image, or to its sampler and surface."""
+        """Returns the number of a texture, -1 without an image; `name` leads to the image or to its sampler."""
         parameters = {p.get("sid", ""): p for p in effect.iter("newparam")}
         for _ in range(3):
             if (parameter := parameters.get(name)) is None:

@@ -13,7 +13,7 @@ from ..errors import missing_package
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
 
-#: contents of a mesh besides its vertices, by their names in messages; a file may keep or lose each of them
+#: contents of a mesh besides its vertices, by their names in messages
 ATTRIBUTES = (
     *("faces", "edges", "vertex normals", "vertex colours", "vertex scalars", "vertex texture coordinates"),
     *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
@@ -21,7 +21,6 @@ ATTRIBUTES = (
 )
 #: formats that only MeshLab's own readers understand; the readers do not check what a file declares
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
-#: messages about a missing package: for E57 files, and for LAS and LAZ files
 MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package("laspy", "las")
 
 
@@ -32,7 +31,7 @@ class Format:
     extensions: tuple[str, ...]  # without the dot, in lower case
     reader: str = ""  # ``module.function`` that reads a file strictly, to the last byte; empty if there is none
     writer: str = ""  # ``module.function`` that writes a file; empty if there is none
-    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that a file keeps; a warning names the attributes that are lost
+    holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that a file keeps
     rounding: float = 0.0  # largest relative change of a coordinate by writing
     begin: tuple[str, str] | None = None  # pattern for the first bytes of a file, decoded as Latin-1; its text in messages
     has_unit: bool = False  # whether a file may state the unit of its coordinates
@@ -40,11 +39,10 @@ class Format:
 
     @property
     def extension(self) -> str:
-        """The first extension, which names the format."""
+        """The extension that names the format."""
         return self.extensions[0]
 
     def lost(self, present: set[str]) -> list[str]:
-        """Returns the `ATTRIBUTES` among `present` that the format does not keep."""
         lost = present - self.holds
         if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
             lost |= present & {"vertex texture coordinates"}
@@ -89,7 +87,7 @@ WRITABLE: Mapping[str, Format] = {e: f for f in _FORMATS if f.writer for e in f.
 
 
 def load_function(name: str) -> Any:
-    """Imports ``module.function`` of this package, and returns the function."""
+    """Imports ``module.function`` of this package."""
     module, _, function = name.partition(".")
     return getattr(importlib.import_module(f".{module}", __package__), function)
 

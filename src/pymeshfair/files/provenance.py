@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-#: the name of the format in a provenance file; the number grows when the meaning of a field changes
+#: the name of the format; the number grows when the meaning of a field changes
 SCHEMA = "pymeshfair-provenance-1"
 
 
@@ -36,7 +36,7 @@ def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
 
 
 def sha256_of(path: Path) -> str:
-    """Returns the SHA-256 digest of a file in hexadecimal."""
+    """Returns the digest in hexadecimal."""
     digest = hashlib.sha256()
     with path.open("rb", buffering=0) as file:
         while chunk := file.read(1 << 20):

@@ -21,10 +21,10 @@ from .inputs import Reading, References, check_image, quoted
 from .outputs import Writing
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, parse_xml, read_tree, rows
 
-#: the largest number of unpacked bytes: a multiple of the file size, plus a constant; meshes unpack to about 10 times the size
+#: the most unpacked bytes: a multiple of the file size, plus a constant; meshes unpack to about 10 times the size
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: errors of `zipfile` about an archive that is damaged, encrypted, or of an unknown kind
+#: errors of `zipfile` about an archive
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read, and their attributes
 _KNOWN = {
@@ -35,7 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
-#: beginnings and ends of the names of attributes that are ignored without a note: namespaces and identifiers
+#: beginnings and ends of the names of attributes that are ignored without a note
 _UNSAID = ("xmlns", "xml:", "UUID")
 #: extensions that are read: materials, and models in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
@@ -192,7 +192,6 @@ class _Reader:
         return self.models[name]
 
     def _place(self, use: dict[str, str], model_name: str, parent_matrix: Floats) -> None:
-        """Places the object that a component or build item names."""
         where = use.get("path", model_name)
         model = self._model(where)
         if use["objectid"] not in model.objects:

@@ -10,11 +10,11 @@ from ..places import point_text
 if TYPE_CHECKING:
     from .comparison import Comparison, Deviation, LengthIn
 
-#: the largest number of pieces that get a line each
+#: the most pieces that get a line each
 _MOST_PIECES = 5
-#: the largest number of areas out of tolerance that are listed
+#: the most areas out of tolerance that are listed
 MOST_AREAS = 20
-#: a measure, its words, and whether it has a row even if all values are 0 or unknown (clouds, runs by tiles: if one is known)
+#: a measure, its words, and whether it has a row even if all values are 0 or unknown; clouds and runs by tiles need a known one
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -43,7 +43,7 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns a row for each measure: name, and value for each mesh; `_MEASURES` says which rows are left out."""
+    """Returns a row for each measure: its name, and its value for each mesh."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     incomplete = all(measures.get("faces") == 0 or "area" not in measures for measures in columns.values())
@@ -118,7 +118,6 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
 
 
 def _parts(change: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Returns the removed and added parts, if any."""
     return {name: change[name] for name in ("removed", "added") if change[name]["vertices"] or change[name]["faces"]}
 
 
@@ -127,7 +126,6 @@ def _shares(shares: Mapping[str, float | None]) -> str:
 
 
 def _piece_lines(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[str]:
-    """Yields a line for each of the largest pieces, if there are several."""
     if part["pieces"] < 2:
         return
     for piece in part["largest"][:_MOST_PIECES]:
@@ -192,7 +190,7 @@ def _within(side: Deviation, tolerance: float) -> str:
 
 
 def area_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
-    """Returns the headers and a row for each of the furthest areas out of tolerance."""
+    """Returns the headers and the rows of the furthest areas out of tolerance."""
     length = unit or "mesh units"
     headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
     return [headers] + [
@@ -258,7 +256,6 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
 
 
 def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:
-    """Returns a length in mean edges, or in mesh units for a mesh without edges."""
     value, unit = (length.mesh_units, unit) if length.mean_edges is None else (length.mean_edges, "mean edges")
     return _in(value if sign else abs(value), unit)
 

@@ -1,4 +1,4 @@
-"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set; converts values to pymeshlab's classes and back."""
+"""Applies MeshLab's own filters to the current layer; converts values to pymeshlab's classes and back."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,7 +12,6 @@ from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Par
 from ..errors import ParameterError, UnknownNameError
 from .base import BASE, MESHLAB, FilterParameterError, UnknownFilterError, apply_filter
 
-#: returns the current layer
 _Current: TypeAlias = Callable[[], Layer]
 
 
@@ -23,7 +22,7 @@ class BuiltinFilters:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Applies the filter, and returns its report. For absent values MeshLab uses its defaults."""
+        """Applies the filter, and returns its report."""
         converted = self._for_meshlab(declared, values)
         try:
             return self.call(declared.python_name, converted)
@@ -35,7 +34,6 @@ class BuiltinFilters:
             raise
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Calls pymeshlab's filter of that name, and returns its report."""
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
@@ -73,7 +71,6 @@ class BuiltinFilters:
         return {name: resolved[name] if name in lengths else value for name, value in effective.items()}
 
     def _for_meshlab(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Converts lengths, and tuples of colours, to pymeshlab's classes, and tuples of points and matrices to arrays."""
         layer, converted = cache(self._current), dict(values)
         try:
             for p in declared.parameters:
@@ -103,7 +100,7 @@ class BuiltinFilters:
         return zero == 0.0 and math.isclose(hundred, layer().diagonal, rel_tol=1e-6)
 
     def _from_meshlab(self, declared: Filter, parameter: Parameter, used: Any, typed: Any, layer: _Current) -> Any:
-        """Converts `used`, a value from MeshLab, to the type of the declaration; `typed` is the caller's value, or None."""
+        """Converts `used`, a value from MeshLab; `typed` is the caller's value, or None."""
         if isinstance(parameter, Percentage):
             return parameter.check(self._length(declared, parameter, used, typed, layer))
         if isinstance(parameter, Enum):
@@ -113,7 +110,7 @@ class BuiltinFilters:
         if isinstance(parameter, Float):
             is_typed = isinstance(typed, float | int) and np.float32(typed) == np.float32(used)
             number = float(typed) if is_typed else _shortest(used)
-            # MeshLab clamps numbers of sliders; its own defaults may be out of range by a rounding error.
+            # MeshLab's own defaults may be out of range by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
         return parameter.check(used)
@@ -127,7 +124,7 @@ class BuiltinFilters:
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)
-        if length is not None and scales and layer().diagonal > 0.0:  # a length that scales with the diagonal
+        if length is not None and scales and layer().diagonal > 0.0:
             return Length(_shortest(100.0 * used / layer().diagonal), "percent")
         if length is None and isinstance(default, Length) and default.unit == "percent":
             usual = default.resolve(diagonal=layer().diagonal, mean_edge=lambda: layer().mean_edge)

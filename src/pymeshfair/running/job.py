@@ -30,8 +30,8 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even if it is the input. Otherwise an existing output is replaced only if a run with the
-    #: same sources (`made_from`) wrote it, and no byte of it has changed since.
+    #: replace any existing `output`. Otherwise an existing output is replaced only if a run with the same sources (`made_from`)
+    #: wrote it, and no byte of it has changed since.
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
@@ -47,26 +47,25 @@ class Job:
     map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # warnings from before the work, for example about the recipe; listed first
+    warnings: tuple[str, ...] = ()  # warnings from before the work; listed first
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
 
     @property
     def made_from(self) -> MadeFrom:
-        """The sources of the output."""
         return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options that can change the output or the refusal of it, for the record; those with their default are left out."""
+        """The options, for the record, that can change the output or make the run refuse it; defaults are left out."""
         options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(self, name)}
         options |= {} if self.measures else {"no_measures": True}
         return options | ({} if self.unit is None else {"unit": self.unit})
 
     @property
     def map_files(self) -> tuple[Path, ...]:
-        """The two files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if no map is wanted."""
+        """The files of the intervention map, ``map.ply`` and ``map.removed.ply``, if one is wanted."""
         return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
 
     @property
@@ -86,7 +85,7 @@ class Job:
         return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
 
     def losses_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
-        """A sentence if the output cannot hold the unit in the scan's file. A file of the scan's own format holds it."""
+        """A warning if the output cannot hold the unit in the scan's file. A file of the scan's own format holds it."""
         kind = WRITABLE[extension(self.output)]
         if file_unit is None or file_unit in kind.units or kind is READABLE.get(extension(self.input)):
             return ()
@@ -105,7 +104,7 @@ class Job:
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run begins to read the input, to write the output, or to compare the two meshes."""
+    """The run begins a phase."""
 
     phase: Literal["reading", "writing", "comparing"]
 
@@ -114,9 +113,9 @@ class PhaseStarted:
 class StepStarted:
     """A step begins."""
 
-    index: int  # its number, from 1 to `total`
+    index: int  # from 1 to `total`
     total: int  # the number of steps
-    filter: str  # MeshLab's name of its filter
+    filter: str  # MeshLab's name of the filter
 
 
 @dataclass(frozen=True)
@@ -150,7 +149,7 @@ class Compiling:
 
     kernels: int  # the number of kernels so far, including the one that is being compiled
     seconds: float  # the time for these kernels so far
-    is_going_on: bool  # whether a kernel is being compiled
+    is_going_on: bool
 
 
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
@@ -162,11 +161,11 @@ class StepReport:
 
     number: int  # from 1
     filter: str  # MeshLab's name of the filter
-    python_name: str  # its name in Python
-    seconds: float  # how long it took
+    python_name: str
+    seconds: float
     parameters: Mapping[str, Any] = field(default_factory=dict)  # the values of all parameters; lengths in mesh units
     values: Mapping[str, Any] = field(default_factory=dict)  # the values that the filter reported
-    messages: tuple[str, ...] = ()  # the messages of the filter
+    messages: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -175,13 +174,13 @@ class RunResult:
 
     output: Path  # the file that was written
     provenance: Path  # the provenance document beside it
-    side_files: tuple[Path, ...]  # textures and material files of the output that were written
+    side_files: tuple[Path, ...]  # textures and material files of the output
     #: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). Without measures,
     #: `before`, `after` and `change` are empty.
     before: Mapping[str, Any]
     after: Mapping[str, Any]  # the measures of the mesh as written
     change: Mapping[str, Any]  # the fields of `pymeshfair.running.shape_change.ShapeChange` by name
-    steps: tuple[StepReport, ...]  # one report for each step
+    steps: tuple[StepReport, ...]
     warnings: tuple[str, ...]  # about contents of the input that the output lacks, and about the run
     seconds: float  # from start to end
     peak_memory: int | None  # the most bytes that the worker used; None where the system does not measure it
@@ -227,20 +226,20 @@ class Report:
     input: Mapping[str, Any]  # the files that were read
     #: the file that was written, with its side files; None if a limit was broken and nothing was written
     output: Mapping[str, Any] | None = None
-    steps: tuple[StepReport, ...]  # one for each step
+    steps: tuple[StepReport, ...]
     staged: tuple[StagedFile, ...] = ()  # the output and its side files in the staging folder
     before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if the job wants no measures
-    after: Mapping[str, Any] | None = None  # the measures of the mesh as written, or None
-    change: Mapping[str, Any] | None = None  # the change of shape from `before` to `after`, or None
+    after: Mapping[str, Any] | None = None  # the measures of the mesh as written
+    change: Mapping[str, Any] | None = None  # the change of shape
     traits: Mapping[str, Any] = field(default_factory=dict)  # the traits of the scan that the recipe asked for, see `traits_of`
-    warnings: tuple[str, ...] = ()  # for the user
+    warnings: tuple[str, ...] = ()
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
     maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder
     tiles: Mapping[str, Any] | None = None  # the tiles of the run; None if it was done in one piece
-    peak_memory: int | None = None  # the most bytes that the worker used; None where the system does not measure it
+    peak_memory: int | None = None  # as in `RunResult`
 
     def record(self, job: Job, *, started: datetime, seconds: float) -> dict[str, Any]:
-        """The provenance document of a finished run."""
+        """The provenance document."""
         script, unit = job.recipe.script, job.unit_of(self.input.get("unit"))
         assert self.output is not None
         options = job.options | ({"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {})

@@ -33,7 +33,7 @@ class ReadMesh:
 
     path: Path
     mesh: MeshData
-    measured: MeasuredMesh  # the mesh with its measures
+    measured: MeasuredMesh
     warnings: tuple[str, ...]  # about the file
     self_intersecting: Bools | None = None  # (m,) which faces cut others; None without a search, or if MeshLab crashed
 
@@ -43,7 +43,7 @@ class ReadMesh:
         return self.measured.described or {}
 
     def traits(self) -> dict[str, Any]:
-        """Measure the traits that recipes ask for, see `pymeshfair.running.suitability.traits_of`."""
+        """Measure the traits that recipes ask for, see `traits_of`."""
         return dict(plain(traits_of(self.measured)))
 
 
@@ -52,9 +52,9 @@ def read_mesh(
 ) -> ReadMesh:
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
-    `self_intersections` says whether to search for faces that cut others, which MeshLab does in a process of its own; None
-    searches only meshes of at most `MOST_CUTS` vertices. A crash of this search becomes a warning. Raises `InputError` for a file
-    that cannot be read, and `RunError` if MeshLab crashed over it.
+    `self_intersections` says whether to search for faces that cut others; None searches only meshes of at most `MOST_CUTS`
+    vertices. A crash of this search becomes a warning. Raises `InputError` for a file that cannot be read, and `RunError` if
+    MeshLab crashed over it.
     """
     path = Path(path).absolute()
     if unchecked and extension(path) in UNCHECKED:
@@ -110,7 +110,7 @@ def reported_values(
     timeout: float | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> dict[str, Any]:
-    """The values that a filter, given by its Python name, reports on a mesh file with these parameters; no file changes."""
+    """The values that a filter, given by its Python name, reports on a mesh file with these parameters."""
     script = Script((Step(find_filter(filter)).with_values(values),))
     with tempfile.TemporaryDirectory() as folder:
         job = Job(Recipe(filter, script), mesh, Path(folder) / "result.ply", timeout=timeout, measures=False)
@@ -118,7 +118,7 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """By parameter, the relative lengths of each step, to the last that has any, in mesh units, found by running the steps."""
+    """For each step up to the last with relative lengths: these lengths by parameter, in mesh units, by running the steps."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"
@@ -127,7 +127,7 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
 
 
 def diagonals_on_mesh(script: Script, path: Path) -> list[float]:
-    """The diagonal of the mesh before each step, to the last that has lengths, found by running the steps on the mesh file."""
+    """The diagonal of the mesh before each step up to the last with lengths, found by running the steps."""
     with_lengths = (i for i, step in enumerate(script.steps, 1) if any(isinstance(v, Length) for v in step.values.values()))
     measuring, count = Step(find_filter("get_geometric_measures")), max(with_lengths, default=0)
     steps = [each for step in script.steps[:count] for each in (measuring, step)][:-1]

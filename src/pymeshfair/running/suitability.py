@@ -21,7 +21,7 @@ _TEXTURED = ("textures", "wedge texture coordinates", "vertex texture coordinate
 #: the tasks whose recipes may replace each other; and all tasks whose recipes may be replaced
 _ALIKE = ("denoise", "smooth")
 _REPLACEABLE = (*_ALIKE, "clean")
-#: the reason why a recipe has nothing to do, by the trait that shows it
+#: why a recipe has nothing to do, by the trait that shows it
 _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "the triangles are good as they are"}
 
 #: the sort key of a recipe, see `ranked`
@@ -44,12 +44,10 @@ class Trial:
 
     @property
     def erases(self) -> bool:
-        """Whether the recipe erases detail, not only noise."""
         return self.relief is not None and self.relief > ERASED
 
     @property
     def words(self) -> str:
-        """The trial in words."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
         unseen = "; the noise hides the relief: look whether the result keeps it" if self.before else ""
@@ -62,14 +60,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class Suitability:
-    """The suitability of a recipe for a scan: its conditions, met and unmet."""
+    """The suitability of a recipe for a scan."""
 
-    recipe: str  # the name of the recipe
-    task: str  # its task
-    title: str  # its title
+    recipe: str  # its name
+    task: str
+    title: str
     measure: str  # the measure by which the recipe is judged; empty if its head names none
     met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the value of its trait
-    unmet: tuple[tuple[str, str], ...]  # the conditions that the scan does not meet, each with the value of its trait
+    unmet: tuple[tuple[str, str], ...]
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
     @property
@@ -119,8 +117,8 @@ def ranked(
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
     1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
     trial wins; an error tied with the least counts as the least. Without a trial the error of the scan itself counts. 4. On
-    an open scan tasks that close openings come last: the user may want to keep these. 5. More met conditions without "no" win.
-    6. The order of the tasks decides. A recipe with "after ANOTHER" in its head comes right after ANOTHER if both fit.
+    an open scan tasks that close openings come last. 5. More met conditions without "no" win. 6. The order of the tasks
+    decides. A recipe with "after ANOTHER" in its head comes right after ANOTHER if both fit.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
@@ -150,10 +148,7 @@ def ranked(
 
 
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
-    """The warning, with advice, if a scan does not meet the conditions of a recipe; None if it meets them.
-
-    `traits` are all traits of the scan, and `others` is the result of `ranked`.
-    """
+    """The warning, with advice, if a scan does not meet the conditions of a recipe; `others` is the result of `ranked`."""
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
@@ -171,7 +166,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
         return f"{mismatch}: it needs no smoothing"
     if no_need and None not in no_need:
         return f"{mismatch}: {' and '.join(sorted(filter(None, no_need)))}"
-    # The measure must be the same: a recipe that removes waves of a given size cannot replace one that removes noise.
+    # A recipe that removes waves of a given size cannot replace one that removes noise.
     same_measure = [other for other in fitting if not info.measure or other.measure == info.measure]
     substitutes = [other for other in same_measure if other.task in tasks and len(other.met) > 1]
     if substitutes and info.task in _REPLACEABLE:
@@ -183,9 +178,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
     """The traits that a recipe asks for, and a warning if the recipe does not fit the scan or a denoising recipe is better.
 
-    A scan without measures gives no warnings. If the user has set a value, the recipe is not `as_shipped`, and only recipes
-    "after ANOTHER" are compared with denoisers. `RunError`: the recipe is for another kind of data, such as meshes where the
-    scan is a cloud.
+    A scan without measures gives no warnings. A recipe is compared with denoisers if its head says "after ANOTHER", or if it
+    smooths and is `as_shipped`, that is, the user has set no value. `RunError`: the recipe is for another kind of data.
     """
     info = recipe.info
     traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))
@@ -218,7 +212,7 @@ def instead(recipe: Recipe, scan: MeasuredMesh) -> str:
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:
-    """The traits of `MEASURED` in these conditions."""
+    """Those of `MEASURED` in these conditions."""
     return {condition.trait for condition in conditions} & set(MEASURED)
 
 

@@ -36,21 +36,20 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, Report, RunResult
 _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
-_TAIL_LINES = 60  # how many of the last lines on stderr an error shows if the worker dies or has a defect
+_TAIL_LINES = 60  # how many of the last lines on stderr an error shows
 #: the time limit to read a file, without compilation: seconds + bytes / rate; the slowest format needs a tenth of this time
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Interrupted(BaseException):
-    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`; at their end the signal takes effect."""
+    """A signal asks for the end of the run. Raised only in blocks of `Interrupts`."""
 
 
 class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
-    So no signal interrupts the clean-up. The supervisor reads the signal from the queue, stops the worker and removes its files.
-    Then SIGINT raises KeyboardInterrupt; another signal ends the process. Signals for which the program has a handler keep it.
-    Outside the main thread nothing changes, as Python delivers no signals there.
+    So no signal interrupts the clean-up. Signals for which the program has a handler keep it. Outside the main thread nothing
+    changes, as Python delivers no signals there.
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
@@ -64,7 +63,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """Restore the usual effect of signals inside the block, for work that handles signals itself."""
+        """Restore the usual effect of signals inside the block."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:
@@ -122,7 +121,7 @@ class Talk:
 
 
 def parse_talk(line: str) -> Talk:
-    """Parse one line of stderr."""
+    """Parse a line."""
     words = line.split()
     if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
         return Talk("", step=int(words[1]))
@@ -138,7 +137,6 @@ class Watch:
     """Reads the events of one worker and its lines on stderr."""
 
     def __init__(self, job: Job, worker: Process, items: Items, on_event: Callable[[Event], None]) -> None:
-        """`items` is the queue for the worker's events and lines, and for signals."""
         self._job, self._worker, self._items, self._on_event = job, worker, items, on_event
         self._place = Place("starting the worker")
         self._step = 0  # the step to which lines on stderr belong; 0 for none
@@ -163,7 +161,7 @@ class Watch:
         except LostProcessError as error:
             raise self._death(error.status) from None
         if answer.error is not None:
-            self._worker.is_idle = False  # not used again, as a failed run may leave memory in use
+            self._worker.is_idle = False  # a failed run may leave memory in use
             raise self._failure(answer.error, answer.details)
         return self._with_talk(answer.result, answer.peak_memory)
 
@@ -204,7 +202,6 @@ class Watch:
                     self._on_event(Message(talk.text, "warning" if is_warning else "info", self._step))
 
     def _with_talk(self, report: Report, peak_memory: int | None) -> Report:
-        """The report with MeshLab's messages and warnings."""
         warned = sorted(step for step, is_warning in self._texts if is_warning)
         warnings = [f"step {n}: {text}" if n else f"MeshLab says: {text}" for n in warned for text in self._texts[n, True]]
         steps = [replace(step, messages=(*self._texts[n, False], *step.messages)) for n, step in enumerate(report.steps, 1)]
@@ -236,7 +233,7 @@ class Watch:
         return False
 
 
-MODULES = ("pymeshfair.running.session",)  # the modules that a worker of a run imports while it waits for its first order
+MODULES = ("pymeshfair.running.session",)  # what a worker imports while it waits for its first order
 #: does the work of a run, given the job, the staging folder, the queue of signals, and the callback for events
 Work: TypeAlias = "Callable[[Job, Path, Items, Callable[[Event], None]], Report]"
 
@@ -327,7 +324,7 @@ def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Item
 
 
 def carry_out(job: Job, stage: Path) -> Report:
-    """Do the work of a run in this process."""
+    """Do the work in this process."""
     from .session import Session
 
     return Session(job, stage, report_event).run()

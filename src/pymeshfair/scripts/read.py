@@ -25,12 +25,12 @@ from .guards import NO_GUARDS, Guards
 from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
 from .values import Complaint, parse_value, read_value
 
-MOST_PROBLEMS = 100  # the largest number of problems that are listed; more problems usually have one cause
+MOST_PROBLEMS = 100
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-MOST_ATTRIBUTES = 100  # the largest number of attributes of one element
-LONGEST_NAME = 1000  # the length of the longest name of a filter, a parameter or a type, in characters
+MOST_ATTRIBUTES = 100  # of one element
+LONGEST_NAME = 1000  # of a filter, a parameter or a type, in characters
 SLIP = 0.87  # the least similarity of a typo and a suggestion; ``Delete Selection`` and ``Dilate Selection`` are less similar
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: a document type that is written twice, as by some old programs
@@ -43,7 +43,7 @@ class ParamElement:
     """A ``<Param>`` or ``<xmlparam>``."""
 
     attributes: Mapping[str, str]  # as written
-    line: int  # where it begins, counted from 1
+    line: int  # from 1
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class FilterElement:
     """A ``<filter>`` or ``<xmlfilter>``."""
 
     kind: str  # ``"filter"`` or ``"xmlfilter"``
-    name: str | None  # its attribute ``name``; None if it is missing
-    line: int  # where it begins, counted from 1
-    tag: str = ""  # its attribute ``tag``; empty if it is missing
-    params: list[ParamElement] = field(default_factory=list)  # its parameters, in the order of the file
+    name: str | None  # its attribute ``name``
+    line: int  # from 1
+    tag: str = ""  # its attribute ``tag``
+    params: list[ParamElement] = field(default_factory=list)
 
 
 @dataclass
@@ -62,12 +62,12 @@ class Document:
     """The elements of a file as written, and the problems of its structure; filters and parameters are not checked yet."""
 
     name: str  # the name of the file, for messages
-    filters: list[FilterElement] = field(default_factory=list)  # in the order of the file
-    comment: str = ""  # the text of the head comment
+    filters: list[FilterElement] = field(default_factory=list)
+    comment: str = ""  # the head comment
     later_comments: list[int] = field(default_factory=list)  # the lines of the comments that are not kept
     problems: list[Problem] = field(default_factory=list)
-    guards: Guards = NO_GUARDS  # the limits on the result
-    settings: list[Setting] = field(default_factory=list)  # the named values
+    guards: Guards = NO_GUARDS
+    settings: list[Setting] = field(default_factory=list)
     unit: str = ""  # the unit of the scans that the script is for; may be empty
 
 
@@ -77,7 +77,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file; at most `MOST_BYTES` + 1 bytes, by which `parse_script` recognises a file that is too large."""
+    """The contents of a file, at most `MOST_BYTES` + 1 bytes: `parse_script` refuses larger files."""
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):
@@ -99,7 +99,7 @@ class _EndedError(Exception):
 
 
 def parse_document(data: bytes, name: str) -> Document:
-    """The elements in the bytes of an .mlx file."""
+    """The elements of an .mlx file."""
     return _Reader(name).read(data)
 
 
@@ -121,7 +121,6 @@ class _Reader:
         self._parser.ProcessingInstructionHandler = self._instruction
 
     def read(self, data: bytes) -> Document:
-        """The document in the bytes of a file."""
         with contextlib.suppress(_EndedError):
             self._parse(data)
             if not self._read.filters and not self._read.problems:
@@ -269,7 +268,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
 
 
 def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Step | None, list[Problem]]:
-    """The step of an element, or None if no step can be made, and its problems; `complain` makes a `Problem` from a message."""
+    """The step of an element, or None if no step can be made, and its problems; `complain` makes a `Problem`."""
     name, line = element.name, element.line
     if element.kind == "xmlfilter":
         former = former_filter(name or "")
@@ -301,7 +300,6 @@ def _step(element: FilterElement, complain: Callable[..., Problem]) -> tuple[Ste
 
 
 def _unknown(name: str, cause: str | None) -> Complaint:
-    """The message about an unknown filter's name, and a suggestion."""
     former = former_filter(name)
     if former is not None:
         return _about_former(former), former.now
@@ -312,13 +310,12 @@ def _unknown(name: str, cause: str | None) -> Complaint:
 
 
 def same_but_case(name: str) -> str | None:
-    """The filter's name that equals `name` apart from capital letters, spaces, underscores and hyphens; None if there is none."""
+    """The filter's name that equals `name` apart from capital letters, spaces, underscores and hyphens."""
     plain = plain_name(name)
     return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
 
 
 def _about_former(former: Former) -> str:
-    """The sentence about a filter that was renamed or dropped, or that never existed."""
     if former.idle:
         return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
     if former.now is None:
@@ -344,7 +341,7 @@ def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
-    """Add the value of an element to the filter's `values`; return the complaints about it."""
+    """Add the value of an element to `values`; return the complaints."""
     name = param.attributes.get("name")
     if name is None:
         return [("<Param> has no name; MeshLab would drop it", None)]
@@ -363,7 +360,6 @@ def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) ->
 
 
 def _setting_problems(document: Document, steps: Sequence[Step]) -> Iterator[Problem]:
-    """Problems of settings: repeated, missing and unused names, and defaults that differ from the values in the steps."""
     by_name: dict[str, Setting] = {}
     for setting in document.settings:
         if setting.name in by_name:

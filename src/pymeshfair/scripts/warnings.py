@@ -10,15 +10,15 @@ from .guards import parse_fits
 from .script import Problem, Script, ScriptError, Step, paragraphs
 from .upgrade import deletes_result, works_on_leftover_selection
 
-#: a length is out of proportion above this share of the diagonal and multiple of its default, or below this share of the diagonal
+#: lengths are out of proportion above a share of the diagonal and a multiple of the default, or below a share of the diagonal
 _LARGE_PART, _LARGE_MULTIPLE, _SMALL_PART = 0.1, 5.0, 1e-7
 _WITH = "give the file of each further layer to `pymeshfair run` by --with"
 _NEW_LAYER = ("create_", "generate_")
-_MANY_LAYERS = "generate_splitting_by_connected_components"  # makes one layer for each component of the mesh
+_MANY_LAYERS = "generate_splitting_by_connected_components"
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
-    """Warnings about the head comment, steps that miss their purpose, missing layers, and lengths out of proportion."""
+    """All warnings; those about lengths only with the `diagonal` of a mesh."""
     words = paragraphs(script.comment.partition("\n")[2])
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     try:
@@ -30,7 +30,7 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
 
 
 def traps(script: Script) -> Iterator[str]:
-    """Warnings about steps that do something else than what was meant, one sentence each."""
+    """Warnings about steps that do something else than what was meant."""
     for index in deletes_result(script.steps):
         yield (
             f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "
@@ -68,7 +68,7 @@ def _place(script: Script, index: int) -> str:
 
 
 def check_needs(script: Script, *, layers: int, advice: str = _WITH) -> None:
-    """Raise `ScriptError` if a step needs a layer, file or raster that a run with this number of layers does not have."""
+    """Raise `ScriptError` if there are `unmet_needs`."""
     if unmet := list(unmet_needs(script, layers=layers, advice=advice)):
         raise ScriptError(unmet)
 

@@ -1,7 +1,6 @@
 """Steps on clouds by tiles: they select points and may delete them, or compute normals; the result is written by slices.
 
-This module has LoOP (local outlier probability), and the steps that keep one point at each place or in each cell of a grid.
-`neighbours` has the other steps.
+This module has LoOP, and the steps that keep one point at each place or in each cell of a grid. `neighbours` has the other steps.
 """
 
 import math
@@ -68,14 +67,14 @@ class OutlierTiles(PointTiles):
         np.savez(self.saved(first), numbers=tile.numbers[rows], distances=tile.distances[rows], slots=np.concatenate(slot_blocks))
 
     def finish(self, first: int, last: int) -> None:
-        """Writes the factors of points with neighbours in other tiles; `find` must have run on every tile."""
+        """Writes the factors of points with neighbours in other tiles, after `find` on every tile."""
         numbers, distances, slots = self.load_saved([(first, last)], "numbers", "distances", "slots")
         self.amend(first, last, numbers, outliers.compare_rows(distances, self.distances.gather(slots)))
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """The remaining points of a file: those that no step has deleted."""
+    """The points of a file that no step has deleted."""
 
     source: Source
     folder: Path  # of temporary files
@@ -85,7 +84,7 @@ class Cloud:
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
 
     def mask(self, first: int, last: int) -> Bools:
-        """Returns the mask of the remaining points among those from `first` to before `last` in the file."""
+        """Returns the mask of the remaining points from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
@@ -200,7 +199,7 @@ def do_step(
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Writes the remaining points, with probabilities and normals if steps computed them; returns the number of points."""
+    """Writes the remaining points, with probabilities and normals if steps computed them; returns their number."""
     total, names_of = len(cloud.source), cloud.source.names
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
     additions = (("scalars", cloud.scalars), ("normals", cloud.normals))

@@ -1,8 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
 The files of `Cells` have the vertices; the slot of a vertex is its row in these files. The files of `Surface` have the faces at
-the vertices of each cell, with slots as corners. A tile is a range of cells; in a `TileMesh` vertices and faces have the order of
-the input. All tiles end a round of a filter before the next round starts.
+the vertices of each cell, with slots as corners. A tile is a range of cells. All tiles end a round of a filter before the next
+round starts.
 """
 
 import contextlib
@@ -30,7 +30,7 @@ from .sources import MeshFile
 from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
-#: number of vertices in the sample on which settings are chosen, and number of cells in each patch of the sample
+#: vertices in the sample on which settings are chosen, and cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
@@ -40,15 +40,15 @@ FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 class Surface:
     """The files of a mesh: its cells, the faces at the vertices of each bucket, and coordinates by slot."""
 
-    cells: Cells  # the cells of the vertices
+    cells: Cells
     #: (b + 1,) the first slot of each bucket, then the number of vertices; a bucket is a range of cells that fits into memory
     buckets: tuple[int, ...]
 
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
     before = Stored("<f8", 3)  # coordinates before a step that may fold faces
-    state = Stored("<f8", 3)  # normalised coordinates between rounds; from `relax` to `keep` what `relax` writes
-    next_state = Stored("<f8", 3)  # the state after a round, or the coordinates from `keep`
+    state = Stored("<f8", 3)  # normalised coordinates between rounds; before the rounds, a result of `FilteringTiles.relax`
+    next_state = Stored("<f8", 3)  # the state after a round; before the rounds, the result of `FilteringTiles.keep`
 
     def _raw(self, bucket: int) -> Path:
         return self.cells.folder / f"corners-{bucket}"
@@ -57,7 +57,7 @@ class Surface:
         return self.cells.folder / f"faces-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
-        """Returns the column with the first row of each cell in the bucket's file of faces, then the row count of this file."""
+        """Returns the column with the first row of each cell in the bucket's file of faces, then the number of rows."""
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
@@ -123,7 +123,6 @@ class Surface:
         return np.concatenate(faces)
 
     def replace_column(self, new: Column, old: Column) -> None:
-        """Replaces the old values by the new values."""
         with contextlib.suppress(FileNotFoundError):  # a killed process may have replaced the column before
             new.path.replace(old.path)
 
@@ -136,7 +135,7 @@ class TileMesh:
     faces: Ints  # (m, 3) triangles
     numbers: Longs  # (n,) the numbers of the vertices in the input
     inside: Bools  # (n,) the mask of the vertices of the tile itself, which have all their faces here
-    slots: Longs  # (n,) the slots of the vertices
+    slots: Longs  # (n,)
 
     def write(self, column: Column, values: NDArray[Any]) -> None:
         """Writes the rows of (n, ...) values whose vertices are inside; these vertices have consecutive slots."""
@@ -210,7 +209,6 @@ class MeshTiles:
         return choose(values, np.concatenate([part.vertices for part in parts]), faces)
 
     def move(self, step: PlannedStep, whole: Whole, first: int, last: int) -> None:
-        """Does a step that needs a fixed number of rings around each vertex."""
         tile = tile_with_rings(self.surface, first, last, rings_of(step))
         moved = apply(step, tile.vertices, tile.faces, whole)
         check_healthy(tile.vertices[tile.inside], moved[tile.inside], whole.diagonal, tile.numbers[tile.inside].astype(np.int32))
@@ -218,11 +216,11 @@ class MeshTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the file of final coordinates; a tile writes to the rows of its slots."""
+        """Returns the file of final coordinates, by slot."""
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the tile's final coordinates in the order of its vertex numbers; returns the corners of their bounding box."""
+        """Writes the tile's final coordinates; returns the corners of their bounding box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
@@ -232,7 +230,7 @@ class MeshTiles:
 
 @dataclass(frozen=True)
 class FilteringTiles:
-    """The tasks of normal filtering: Taubin's steps, rounds, and moves back at new folds; each task can be repeated."""
+    """The tasks of normal filtering; each task can be repeated."""
 
     surface: Surface
     filtering: Filtering
@@ -245,7 +243,7 @@ class FilteringTiles:
         self.surface.before.write(begin, self.surface.cells.points.read(begin, end))
 
     def relax(self, first: int, last: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Writes relaxed vertices to `moved`, and to `state` without border moves along the surface; returns sums of squares."""
+        """Writes the two arrays of `relaxed_part` to `moved` and `state`; returns its sums of squares."""
         filtering = self.filtering
         tile = tile_with_rings(self.surface, first, last, denoising.rings_of_relaxation(filtering.relaxation))
         moved, across, squares = denoising.relaxed_part(
@@ -263,7 +261,7 @@ class FilteringTiles:
         return squares
 
     def keep(self, share: float, first: int, last: int) -> None:
-        """Moves the vertices to the result of `relax`; border vertices make only `share` times their move along the surface."""
+        """Moves the vertices to the result of `relax`; border vertices keep only `share` of their move along the surface."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         moved, across = self.surface.moved.read(begin, end), self.surface.state.read(begin, end)
@@ -282,7 +280,7 @@ class FilteringTiles:
         return denoising.distances_of_part(tile.vertices, tile.faces, tile.inside_faces)
 
     def round(self, distance: float, first: int, last: int) -> None:
-        """Does one round: filters normals and moves the vertices of the state."""
+        """Does one round on the state."""
         filtering = self.filtering
         rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
         tile = tile_with_rings(self.surface, first, last, rings, points=self.surface.state)
@@ -328,7 +326,7 @@ def cut(
     most: int | None,
     progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
-    """Divides a mesh into cells for some steps; returns its files, and its sizes."""
+    """Divides a mesh into cells; returns its files and sizes."""
     cloud = Cloud(mesh, folder)
     size = slice_rows(tile, mesh.row)
     count, low, high = tasks.run(cloud.survey, size)
@@ -351,7 +349,7 @@ def cut(
 def do_move(
     surface: Surface, step: PlannedStep, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]
 ) -> dict[str, Any]:
-    """Does one step; returns the report of the filter."""
+    """Does a step; returns the report of the filter."""
     work, values = MeshTiles(surface), step.values
     chosen_values: dict[str, Any] = {}
     if step.filter == NORMALS and filtering_of(values) is None:
@@ -384,7 +382,7 @@ def do_move(
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """Does Taubin's steps of normal filtering; replaces the coordinates of the mesh."""
+    """Replaces the coordinates of the mesh by Taubin's steps."""
     squares = tasks.map(work.relax, tiles, progress)
     sums = [(math.fsum(of_tile[k][0] for of_tile in squares), sum(of_tile[k][1] for of_tile in squares)) for k in (0, 1)]
     share = denoising.share_along(*(total / max(1, number) for total, number in sums))
@@ -393,7 +391,7 @@ def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable
 
 
 def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """Does all rounds of normal filtering; replaces the coordinates of the mesh."""
+    """Replaces the coordinates of the mesh by all rounds."""
     surface, count = work.surface, work.filtering.outer_iterations
     tasks.map(work.begin, tiles)
     for done in range(count):

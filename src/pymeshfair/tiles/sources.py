@@ -34,11 +34,10 @@ class SlicedTable:
 
     path: Path
     element: PlyElement  # its declaration in the header
-    dtype: np.dtype[Any]  # the type of a row, see `pymeshfair.files.ply_tables.row_type`
+    dtype: np.dtype[Any]  # the type of a row
     offset: int  # the position of its first row in the file, in bytes
 
     def read(self, first: int, last: int) -> NDArray[Any]:
-        """Returns the rows from `first` to before `last`."""
         rows = np.fromfile(self.path, self.dtype, last - first, offset=self.offset + first * self.dtype.itemsize)
         if len(rows) < last - first:
             raise ContentsError(f"it ends within its element {self.element.name!r}")
@@ -75,7 +74,7 @@ class PlyFile:
 
     @cached_property
     def tables(self) -> dict[str, SlicedTable]:
-        """Returns the elements by name, in the order of the file."""
+        """Returns the elements by name."""
         tables, offset, data = {}, self.header.size, np.asarray(np.memmap(self.path, np.uint8, "r"))
         for element in self.header.elements:
             dtype = row_type_at(data, offset, element, self.header.byte_order)
@@ -87,7 +86,6 @@ class PlyFile:
 
     @cached_property
     def vertices(self) -> SlicedTable:
-        """Returns the element of the vertices; refuses a file without coordinates."""
         table = self.tables.get("vertex")
         if table is None or not set(PLACE) <= {p.name for p in table.element.properties} or not table.element.count:
             raise ContentsError("it has no vertices with x, y and z")
@@ -109,13 +107,13 @@ class PlyFile:
             yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
 
     def check_others(self, names: Sequence[str], words: str) -> None:
-        """Refuses a file that has elements with other names; `words` end the message."""
+        """Refuses elements with other names; `words` end the message."""
         others = [e for e in self.header.elements if e.name not in names and e.count]
         if others:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Does the same as `LasCloud.write`."""
+        """See `LasCloud.write`."""
         old = tuple(p for p in self.vertices.element.properties if p.name not in added)
         element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
         columns = (
@@ -148,7 +146,6 @@ class MeshFile(PlyFile):
 
     @cached_property
     def faces_table(self) -> SlicedTable:
-        """Returns the element of the faces, which must be triangles."""
         self.vertices  # noqa: B018 - checks the vertices
         table = self.tables.get("face")
         if table is None or not table.element.count or not _lists_of_corners(table):
@@ -160,13 +157,13 @@ class MeshFile(PlyFile):
         return table
 
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
-        """Yields the (m, 3) vertex indices of the faces, `size` faces at a time."""
+        """Yields (m, 3) vertex indices, `size` faces at a time."""
         name = _lists_of_corners(self.faces_table)[0]
         for rows in self.faces_table.slices(size):
             yield rows[name].astype(np.int64)
 
     def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Writes the mesh with new coordinates in double precision; keeps the rest."""
+        """Writes the mesh with new coordinates in double precision."""
         properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
         elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
@@ -287,7 +284,7 @@ def open_cloud(path: Path) -> Source | E57Cloud:
     """Opens the cloud in a file; raises `ContentsError` if it has no point, or cannot be read by slices."""
     kinds: dict[str, type[Source | E57Cloud]] = {"e57": E57Cloud, "ply": PlyFile}
     cloud = kinds.get(extension(path), LasCloud)(path)
-    if not len(cloud):  # raises if the file cannot be opened
+    if not len(cloud):
         raise ContentsError("no vertex could be read from it")
     if isinstance(cloud, PlyFile):
         cloud.check_others(("vertex",), "by tiles, the recipe takes only clouds")

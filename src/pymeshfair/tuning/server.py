@@ -53,12 +53,12 @@ class ChoiceError(ParameterError):
 
     def __init__(self, step: int, parameter: str, reason: str) -> None:
         super().__init__(reason)
-        self.step = step  # the number of the step, from 0
-        self.parameter = parameter  # the name of the parameter
+        self.step = step  # from 0
+        self.parameter = parameter
 
 
 def controls(recipe: Recipe) -> dict[str, Any]:
-    """Returns the recipe in the types of JSON: its texts, and for each step the controls of its parameters, except cameras."""
+    """Returns the recipe as JSON types: its texts, and for each step the controls of its parameters, except cameras."""
     info = recipe.info
     return {
         "name": recipe.name,
@@ -101,7 +101,7 @@ def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
 
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
-    """Returns the head comment of a tuned recipe: its origin, a note, and the description of the original."""
+    """Returns the head comment of a tuned recipe."""
     title = f"{recipe.title}, tuned on {_plain(scan)}"
     origin = f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}."
     notes = [_plain(note)] if note.strip() else []
@@ -183,7 +183,7 @@ def value_text(value: Any) -> str:
 def redirecting_file(address: str, folder: Path) -> Path:
     """Writes a page that redirects to an address, and that only this user can read.
 
-    The address has the token, so it must not be in the command line of the browser, which every user of the machine can read.
+    The address has the token, and every user of the machine can read the command line of the browser.
     """
     path, where = folder / "open.html", escape(address)
     path.touch(0o600, exist_ok=False)
@@ -193,7 +193,7 @@ def redirecting_file(address: str, folder: Path) -> Path:
 
 
 def is_allowed(request: Request, token: str) -> bool:
-    """Returns whether a request has the token, this machine as its host, and an allowed origin.
+    """Returns whether a request may be answered.
 
     The path must begin with the token. The ``Host`` header must be a name of this machine, against DNS rebinding. An ``Origin``
     header must name the same host; a request for the socket must have this header, which browsers always send there.
@@ -225,7 +225,7 @@ def serve(
     current: list[Conversation] = []
 
     def answer(connection: websockets.ServerConnection, request: Request) -> Response | None:
-        """Returns the response to a request; None lets the page open its socket."""
+        """None lets the page open its socket."""
         if not is_allowed(request, token):
             refusal = b"403: this page needs the address that pymeshfair tune printed\n"
             return _response(HTTPStatus.FORBIDDEN, "text/plain", refusal)
@@ -266,10 +266,9 @@ def serve(
 
 
 class Conversation:
-    """The conversation with one page: receives its orders, and sends documents and meshes."""
+    """The conversation with one page."""
 
     def __init__(self, connection: websockets.ServerConnection, scan: Scan, first: str, workshop: Workshop) -> None:
-        """`first` is the name or path of the recipe that the page shows first."""
         self._connection = connection
         self._scan, self._first = scan, first
         self._workshop = workshop
@@ -314,7 +313,6 @@ class Conversation:
         await self._connection.close()
 
     async def welcome(self, order: Mapping[str, Any]) -> None:
-        """Sends facts about the scan, the list of recipes, the controls of the recipe to show first, and the mesh of the scan."""
         scan = self._scan
         recipes = [{"name": head.name, "title": head.info.title} for head in shipped_heads()]
         if self._first not in shipped_recipes():
@@ -335,7 +333,6 @@ class Conversation:
         await self._send("scan", scene, **opening)
 
     async def recipe(self, order: Mapping[str, Any]) -> None:
-        """Sends the controls of a recipe."""
         name = str(order["recipe"])
         if name not in (*shipped_recipes(), self._first):
             raise ParameterError(f"there is no recipe {name!r}")
@@ -343,7 +340,7 @@ class Conversation:
         await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Starts a run of the recipe with the values on the page; `_send_results` sends the result."""
+        """Starts a run of the recipe with the values on the page."""
         _, script = self._recipe_and_script(order)
         scan = self._scan
         if scan.part is not None:
@@ -369,12 +366,10 @@ class Conversation:
             await self._send("failed", **about, message=str(error))
 
     async def stop(self, order: Mapping[str, Any]) -> None:
-        """Stops the current run."""
         self._finish_stopped.set()
         await self._workshop.stop()
 
     async def save(self, order: Mapping[str, Any]) -> None:
-        """Writes the tuned recipe to a file."""
         path, overwrite = self._target(order, ".mlx"), order.get("replace") is True
         recipe, script = self._recipe_and_script(order)
         if path.exists() and not overwrite:
@@ -385,7 +380,7 @@ class Conversation:
         await self._send("saved", path=str(path))
 
     async def finish(self, order: Mapping[str, Any]) -> None:
-        """Runs the tuned recipe on the whole scan, and writes the result to a file."""
+        """Runs the tuned recipe on the whole scan."""
         path = self._target(order)
         recipe, script = self._recipe_and_script(order)
         scan = self._scan.path
@@ -418,14 +413,12 @@ class Conversation:
         return recipe, script_with(recipe.script, order["steps"])
 
     def _target(self, order: Mapping[str, Any], extension: str = "") -> Path:
-        """Returns the path of a file in the folder in which the command was started."""
         name = str(order["name"]).strip()
         if not name or Path(name).name != name or name in (".", ".."):
             raise ParameterError(f"{name!r} is no name of a file: give it without a folder")
         return Path.cwd() / (name if name.casefold().endswith(extension) else name + extension)
 
     def _event_sender(self, number: int) -> Callable[[Any], None]:
-        """Returns a function that sends the events of a run to the page."""
         loop = asyncio.get_running_loop()
 
         def send_event(event: Any) -> None:
@@ -440,7 +433,6 @@ class Conversation:
         task.add_done_callback(self._tasks.discard)
 
     async def _send(self, kind: str, scene: bytes | None = None, **more: Any) -> None:
-        """Sends a document, followed by its mesh, if any."""
         async with self._sending:
             with contextlib.suppress(ConnectionClosed):
                 await self._connection.send(json.dumps({"is": kind, **more}))
