@@ -53,9 +53,8 @@ def curve_smoothing(
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
     So the curve shrinks towards its centroid, and the waves with m = 1 fade last. Taubin steps keep the size of the curve.
 
-    A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves towards their
-    weighted mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of
-    an edge with a millionth of the mean length.
+    A mesh may have any number of curves, and curves may branch. A duplicate edge counts once, an edge from a vertex to itself not
+    at all. An edge of length 0 has the weight of an edge with a millionth of the mean length.
 
     Args:
         vertices: (n, 3) coordinates. A coordinate that is equal at all vertices keeps every bit.
@@ -155,7 +154,7 @@ def implicit_curve_steps(
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
     to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents t C p sum to 0.
-    Then the current that reaches the vertex eliminated last is minus the sum of the currents from the others to the ground.
+    Then the vertex eliminated last gets minus the sum of the currents that all other vertices send to the ground.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)

@@ -160,7 +160,6 @@ def _used(layer: Layer) -> Bools:
 
 
 def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **report: Any) -> Edit:
-    """The edit that writes values to the vertex scalar and, if `color`, to the vertex colours."""
     counted = values[_used(layer)]
     limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None

@@ -116,17 +116,17 @@ def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> 
 class DistanceStatistics:
     """Statistics of distances, weighted by area; a sampling error is twice the standard error of random samples."""
 
-    samples: int  # number of samples
+    samples: int
     mean: float  # mean signed distance: above 0 the surface lies mostly outside
     mean_size: float  # mean absolute distance
     rms: float  # root mean square distance
     standard_deviation: float  # of the signed distances
     percentiles: dict[str, float]  # absolute distances that "50", "90", "95" and "99" % of the area do not exceed
     within: float | None  # the share of the area within the tolerance; None without a tolerance
-    mean_error: float  # the sampling error of `mean`
-    mean_size_error: float  # the sampling error of `mean_size`
-    rms_error: float  # the sampling error of `rms`
-    within_error: float | None  # the sampling error of `within`
+    mean_error: float  # the sampling error of `mean`, and so on
+    mean_size_error: float
+    rms_error: float
+    within_error: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +205,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, int, float]:
-    """Finds the largest distance, its place and face, and an upper bound: splits parts bounded over `_PROVEN` times it."""
+    """Finds the largest distance, its place and face, and an upper bound, by splitting parts whose bounds are too high."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
@@ -266,7 +266,6 @@ def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
 
 
 def _percentiles(sizes: Floats, weights: Floats) -> dict[str, float]:
-    """The weighted `PERCENTILES` of the sizes."""
     order = np.argsort(sizes, kind="stable")
     below = np.cumsum(weights[order])
     at = np.searchsorted(below, [p / 100.0 * below[-1] for p in PERCENTILES])
@@ -281,7 +280,7 @@ class Alignment:
     degrees: float  # the rotation angle
     shift: float  # the displacement of the centre, in mesh units
     residual: float  # the root mean square distance of the nearest 80 % of the samples
-    iterations: int  # number of iterations
+    iterations: int
     converged: bool  # whether the last step was at most 3e-6 of the size
 
 

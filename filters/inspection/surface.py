@@ -168,7 +168,6 @@ class NearestPlaces(NamedTuple):
 
     @property
     def distances(self) -> Floats:
-        """(q,) the absolute distances."""
         return np.abs(self.signed)
 
 

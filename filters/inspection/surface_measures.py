@@ -50,9 +50,9 @@ class SurfaceMeasures:
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """The connectivity of a mesh."""
+    """The connectivity of a mesh; fields without a comment are as in `SurfaceMeasures`."""
 
-    n_vertices: int  # number of vertices
+    n_vertices: int  # number of all vertices
     faces: Ints  # (m, 3) all faces
     segments: Ints  # (e, 2) edges of polylines
     proper: Ints  # (p, 3) the faces that name three different vertices
@@ -61,10 +61,10 @@ class Connectivity:
     oriented: bool  # whether the two faces of every such edge are coherently oriented
     used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
     unreferenced: int  # number of vertices in no proper face and no edge
-    border: int  # number of edges with exactly one face
-    non_manifold_edges: int  # number of edges with more than two faces
-    non_manifold_vertices: int  # number of vertices of non-manifold edges, or whose faces form several fans
-    components: int  # number of connected components of the faces, or of the edges in a mesh without faces
+    border: int  # number of border edges
+    non_manifold_edges: int
+    non_manifold_vertices: int
+    components: int
 
     def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
         """Whether a mesh has exactly this connectivity."""

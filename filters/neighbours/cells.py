@@ -68,9 +68,8 @@ def cells_within(
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
     `bounds` shrink in place: a box with more than k points holds k neighbours of every point, none farther away than the farthest
-    corner of the box. This shortens the list of a point that is far from all cells, and about equally far from each.
-
-    The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
+    corner of the box. The list ends before the point whose cells would make it longer than `most`, but has the cells of at least
+    one point.
 
     Returns:
         (a + 1,) offsets into the list, for the first `a` points; and the list: the (c,) numbers of cells.

@@ -80,7 +80,6 @@ def _head(info: RecipeInfo) -> dict[str, Any]:
 
 
 def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
-    """The lines of the list of recipes, under the names of their tasks."""
     tasks = [head.info.task for head in heads]
     for head, former in zip(heads, [None, *tasks], strict=False):
         if head.info.task != former:
@@ -253,7 +252,6 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Lines about the attributes, box, faces and noise of a mesh, and about the holes and outer borders with most edges."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['only vertices'])}."
     if measures["box"]:
         low, high = measures["box"]

@@ -30,7 +30,7 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes it
+#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes the estimate
 MOST_OF_NOISE = 100_000
 #: number of cells along the longest side of the bounding box, in the grid that divides a large mesh
 _CELLS = 8
@@ -50,11 +50,10 @@ class MeshState:
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
     #: ``noise``, its standard deviation along normals in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
-    sharp: SharpEdges  # the sharp edges
+    sharp: SharpEdges
 
     @property
     def diagonal(self) -> float:
-        """Returns the diagonal of the bounding box in mesh units."""
         return float(self.measures["diagonal"])
 
     @property
@@ -136,7 +135,7 @@ class Deviation:
     Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of random samples.
     """
 
-    samples: int  # the number of samples
+    samples: int
     mean: LengthIn  # of the signed distances
     mean_size: LengthIn  # of the absolute distances
     rms: LengthIn  # the root mean square
@@ -191,15 +190,14 @@ def same_elements(first: MeshData, second: MeshData) -> bool:
 class Compared:
     """Two meshes, their comparison, and the distances at each sample."""
 
-    before: MeshState  # the first
-    after: MeshState  # the second
+    before: MeshState
+    after: MeshState
     comparison: Comparison
     after_distance: SurfaceDistance  # of the second from the first
     before_distance: SurfaceDistance  # of the first from the second
 
     @property
     def meshes(self) -> dict[str, MeshData]:
-        """Returns both meshes by name."""
         return {"before": self.before.mesh, "after": self.after.mesh}
 
     @property

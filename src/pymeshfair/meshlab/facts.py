@@ -104,7 +104,7 @@ class Former:
     #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters, in which ``*`` stands for
     #: the old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: removed parameters: MeshLab does today what it did with the given value; None if the value never mattered
+    #: removed parameters, each with the old value whose effect MeshLab has today; None if the value never mattered
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)

@@ -69,7 +69,6 @@ class FilterRunner:
                 _LOG.log(level, "%s", text)
 
     def _apply(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
-        """Applies a filter with checked values; returns its report, and the step with all values used."""
         if declared.arity is not Arity.NONE and not self._bench.has_current():
             raise FilterFailedError(f"{declared.python_name} needs a mesh, but the mesh set has no current mesh: load one first")
         if not declared.is_builtin:

@@ -119,7 +119,7 @@ class Marker:
     """A place that the viewer shows with a ring and a label."""
 
     place: tuple[float, float, float]  # (x, y, z)
-    label: str  # its text
+    label: str
     mesh: int = 1  # the index of its mesh in the scene, from 0
 
 
@@ -242,7 +242,6 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
-    """The ends of a coloring's colour bar, and its 256 colours."""
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
     if not limits.high > limits.low:
         limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)

@@ -133,7 +133,6 @@ def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
 
 
 def _compute(bench: Workbench, element: Element, expressions: dict[str, str]) -> None:
-    """Sets attributes of the current layer to expressions."""
     for name, expression in expressions.items():
         bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=expression)
 
@@ -187,7 +186,6 @@ class _Line:
             self._bench.apply("transfer_attributes_per_vertex", **parameters)
 
     def put_back(self) -> None:
-        """Restores the coordinates and normals of the vertices."""
         self.send(list(self._normals.T))
         _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
         self.send(list(self.points.T))
