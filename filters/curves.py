@@ -78,7 +78,7 @@ def curve_smoothing(
     Returns:
         (n, 3) float64. These vertices keep every bit: those without edges, those that are not `movable`, and fixed ends.
         "implicit" is exact to rounding on curves where no moving vertex has more than two moving neighbours, and to 1e-10 of the
-        bounding-box diagonal on branching curves. Deterministic, for any number of threads.
+        bounding-box diagonal on branching curves.
 
     Raises:
         FilterInputError: not a mesh of edges, or a parameter that is out of range, missing or does not fit the others.

@@ -47,7 +47,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
     Valid on a surface that is smooth at this scale for the operators "cotangent" and "robust", on curves for "scale_dependent".
 
     Args:
-        detail_size: l, in mesh units. Larger is smoother: shorter waves keep less than half of their amplitude, longer ones more.
+        detail_size: l, in mesh units. Larger is smoother.
         iterations: number of steps. More steps cut off more sharply.
         keep_dimensions: as for `implicit_fairing`.
 
@@ -93,10 +93,9 @@ def implicit_fairing(
         time_step: t, from 0. Larger is smoother. In squared mesh units, or without a unit for "uniform" and "inverse_length"; see
             `time_step_of_detail_size`.
         iterations: number of steps. n steps of length t cut off more sharply than one of length n t.
-        flow: "linear" keeps the operator of the input: the quickest flow, because the system stays the same. "mean_curvature"
-            follows the surface: a sphere of radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized"
-            keeps the angles of the input as weights: no necks pinch off, and closed surfaces without handles tend to a sphere
-            [kazhdan2012].
+        flow: "linear" keeps the operator of the input, which is quickest. "mean_curvature" follows the surface: a sphere of
+            radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized" keeps the angles of the input as
+            weights: no necks pinch off, and closed surfaces without handles tend to a sphere [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
             a coherently oriented component without border whose vertices may all move; other components are not scaled.
         keep_dimensions: after every step, undo the part of the motion along the normals that neighbours share, on open surfaces
@@ -109,9 +108,9 @@ def implicit_fairing(
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: those not `movable`, those on a fixed border, and on a mesh with faces those
-        that no face uses. All others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and
-        up to 1e-9 if t is more than a million squared edges.
+        (n, 3) float64. Fixed vertices keep every bit: those not `movable` or on a fixed border, and those that no face of a mesh
+        uses. All others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9 if
+        t is more than a million squared edges.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, or a volume that nearly vanishes and cannot be preserved.

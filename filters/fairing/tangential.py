@@ -28,7 +28,7 @@ from ..topology import border_vertices, diamond, faces_across, fan_size, flip, p
 _TOLERANCE = 1e-6
 # The longest step, as a share of the mean edge at the vertex.
 _LONGEST_STEP = 0.5
-# A step that would fold a triangle or leave the surface is halved up to this many times, then dropped.
+# How often a step may be halved.
 _HALVINGS = 4
 # Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would fray the edges.
 _AT_RIDGES = 0.2

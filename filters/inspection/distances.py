@@ -17,7 +17,7 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
 #: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The usual number of samples on a surface; more if it has more faces, as each face has at least one.
+#: The usual number of samples on a surface.
 SAMPLES = 100_000
 #: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
@@ -57,8 +57,8 @@ def displacement(
 ) -> Displacement:
     """Measures the distances of the vertices of a mesh or a cloud from a reference.
 
-    Exact to the digits of the coordinates, also far from the origin: differences are taken before squares. A cloud has no faces.
-    The faces of the mesh matter only for the correspondence.
+    Exact to the digits of the coordinates, also far from the origin. A cloud has no faces. The faces of the mesh matter only for
+    the correspondence.
 
     Raises:
         FilterInputError: not a mesh, an empty reference, or "vertex" with different numbers of vertices.
@@ -85,7 +85,7 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """Returns the faces of about `count` samples, ascending, and the area that each sample represents.
 
-    The number of samples on a face is in proportion to its area, at least one: more faces than `count` need more samples.
+    The number of samples on a face is in proportion to its area, at least one.
     Area-weighted means are at least as accurate as with equally many random samples. A cloud has its vertices as samples.
     """
     if not len(faces):
@@ -119,7 +119,7 @@ class DistanceStatistics:
     samples: int
     mean: float  # mean signed distance: above 0 the surface lies mostly outside
     mean_size: float  # mean absolute distance
-    rms: float  # root mean square distance
+    rms: float
     standard_deviation: float  # of the signed distances
     percentiles: dict[str, float]  # absolute distances that "50", "90", "95" and "99" % of the area do not exceed
     within: float | None  # the share of the area within the tolerance; None without a tolerance

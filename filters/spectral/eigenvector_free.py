@@ -69,7 +69,7 @@ def filter_without_eigenvectors(
         progress: called after every product and every few steps of a solve; may raise to stop.
 
     Returns:
-        The filtered values, their error and the route; the same to the bit for any number of threads.
+        The filtered values, their error and the route.
 
     Raises:
         FilterInputError: the route "polynomial" would need too high a degree.

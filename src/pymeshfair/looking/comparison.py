@@ -111,7 +111,7 @@ class Area:
 class LengthIn:
     """A length in three units."""
 
-    mesh_units: float  # in the unit of the coordinates
+    mesh_units: float
     mean_edges: float | None  # in units of `MeshState.mean_edge` of the first mesh or cloud; None if that is 0
     percent_of_diagonal: float | None  # of the first mesh's bounding box; None if the diagonal is 0
 
@@ -121,7 +121,7 @@ class Moved:
     """The displacement of vertices, if both meshes have the same number of vertices and the same faces."""
 
     mean: LengthIn
-    rms: LengthIn  # the root mean square
+    rms: LengthIn
     most: LengthIn  # the 99th percentile
     largest: LengthIn
     vertex: int  # the vertex with the largest displacement
@@ -138,7 +138,7 @@ class Deviation:
     samples: int
     mean: LengthIn  # of the signed distances
     mean_size: LengthIn  # of the absolute distances
-    rms: LengthIn  # the root mean square
+    rms: LengthIn
     standard_deviation: LengthIn  # of the signed distances
     percentiles: Mapping[str, LengthIn]  # of the absolute distances, for the keys "50", "90", "95" and "99"
     largest: LengthIn  # the largest absolute distance, found by a search within faces
@@ -172,9 +172,9 @@ class Comparison:
     sharp_edges_kept: float | None  # share by length: sharp edges of the first with a sharp edge of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
-    attributes_kept: tuple[str, ...]  # attributes of both meshes
-    attributes_lost: tuple[str, ...]  # attributes of the first mesh alone
-    attributes_gained: tuple[str, ...]  # attributes of the second mesh alone
+    attributes_kept: tuple[str, ...]
+    attributes_lost: tuple[str, ...]
+    attributes_gained: tuple[str, ...]
     tolerance: LengthIn | None = None  # the largest allowed distance, or None
     passed: bool | None = None  # whether all distances are within the tolerance; None without one
     out_of_tolerance: tuple[Area, ...] = ()  # the areas beyond the tolerance, the furthest first

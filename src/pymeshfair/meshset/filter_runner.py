@@ -43,7 +43,7 @@ class FilterRunner:
         return self._apply(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Applies a step of a script, whose values are checked; returns its report, and the step with all values used."""
+        """Like `apply`, for a step of a script, whose values are checked."""
         values = _with_changed_ids(step.filter, step.values, self._bench.with_helpers)
         return self._apply(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 

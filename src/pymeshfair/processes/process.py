@@ -46,7 +46,7 @@ class LostProcessError(RunError):
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the worker process ended with status {status}")
-        self.status = status  # its exit status, or minus the number of the signal that ended it
+        self.status = status  # as `Process.wait` returns it
 
 
 class Process:
@@ -138,7 +138,6 @@ class Process:
             self._system.kill(self._process)
 
     def close(self) -> None:
-        """Ends the process, and frees its threads and streams."""
         self.kill()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)

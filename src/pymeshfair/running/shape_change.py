@@ -107,7 +107,7 @@ class Moved:
     count: int  # the number of vertices that were compared
     moved: int  # the number of vertices that moved
     mean: float
-    rms: float  # the root mean square
+    rms: float
     most: float  # the 99th percentile
     largest: float
     vertex: int  # the number of the vertex with the largest displacement, in the result
@@ -132,8 +132,8 @@ class Part:
 
     vertices: int
     faces: int
-    area: float  # the area of the faces
-    share: float | None  # its share of the input's area; None if the input has no area
+    area: float
+    share: float | None  # as in `Piece`
     pieces: int  # the number of connected pieces of the faces
     loose: int  # the number of pieces that share no vertex with the remaining faces
     rims: int  # the number of pieces that share a vertex with the remaining faces and reach the border of the mesh
@@ -160,9 +160,9 @@ class ShapeChange:
     sides_without_noise: Sides | None
     area: float | None  # the relative change of the area; None if the input has no area
     volume: float | None  # the relative change of the volume; None unless both meshes are closed
-    moved: Moved | None  # the displacement of vertices; None if there are no vertices to compare
-    added: Part  # elements of the result that the input did not have
-    removed: Part  # elements of the input that the result does not have
+    moved: Moved | None  # None if there are no vertices to compare
+    added: Part
+    removed: Part
     turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
     folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if elements were added or removed
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a

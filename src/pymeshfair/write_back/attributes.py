@@ -26,7 +26,6 @@ from .workbench import Workbench, read_array
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
-#: prefix of the names of helper attributes
 PREFIX = "pymeshfair_helper_"
 #: The largest number of helper attributes of a layer's vertices, and of its faces: nine for a full edit, three for overwriting.
 MOST = 12
