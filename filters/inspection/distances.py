@@ -19,7 +19,6 @@ from .surface import NearestPlaces, Surface
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
 #: The usual number of samples on a surface.
 SAMPLES = 100_000
-#: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
 #: The number of samples for an alignment, and the share of them that it uses: the nearest, as scans may overlap only in part.
 _ALIGNED, _TRUSTED = 20_000, 0.8

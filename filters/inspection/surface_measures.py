@@ -39,9 +39,9 @@ class SurfaceMeasures:
     euler_characteristic: int  # (number of vertices with an edge) - edges + faces
     genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
     diagonal: float  # diagonal of the bounding box of all vertices
-    area: float  # area of all faces
+    area: float
     volume: float | None  # sum of det(a, b, c) / 6, above 0 if faces look outwards; only of closed, oriented meshes
-    mean_edge: float | None  # mean edge length
+    mean_edge: float | None
     # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane, larger is rougher
     roughness: float | None
     triangle_quality: float | None  # mean of `triangle_shapes`: 1 if all are equilateral, near 0 for slivers

@@ -40,7 +40,7 @@ class WorkFolder:
     """The folder of the temporary files of a run, and its journal."""
 
     path: Path
-    note: str  # why the files of a former run are not used; empty if they are used, or if there are none
+    note: str  # why a resumed run does not use the files of a former run; else empty
     journal: BinaryIO
     results: Mapping[tuple[int, int], Any]  # of a former run, by the `Tasks.map` call's number and the task's number in the call
 
@@ -87,7 +87,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the size in bytes of its journal's complete records (0 if unused), and why unused."""
+    """Returns the results of a former run, the bytes of its journal's complete records, and `WorkFolder.note`."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:

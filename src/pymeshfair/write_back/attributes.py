@@ -155,8 +155,6 @@ def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
 
 
 class _Line:
-    """The vertices of a layer that move to a line and back."""
-
     def __init__(self, bench: Workbench, mesh: Any) -> None:
         self._bench, self._id = bench, int(mesh.id())
         #: where the vertices were, and where `put_back` moves them
@@ -213,10 +211,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Sets the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
-
-    The layer has passed `check_names`.
-    """
+    """Sets custom attributes to 0 from element `kept` on, where MeshLab leaves undefined values; call `check_names` before."""
     for kind, name, values in list(custom_attributes(bench, mesh)):
         if kind != element or not values[kept:].any():
             continue
