@@ -59,7 +59,7 @@ def curve_smoothing(
     Args:
         vertices: (n, 3) coordinates. A coordinate that is equal at all vertices keeps every bit.
         edges: (e, 2) pairs of vertices, in any order and direction.
-        method: the kind of step, see above. "implicit" smooths strongly in one step.
+        method: the kind of step. "implicit" smooths strongly in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
             straight line, however uneven their distances; without a detail size, vertices that are very near each other stay
             so. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.

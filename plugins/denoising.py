@@ -67,12 +67,12 @@ class NormalFilterParameters:
     normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
-#: the parameters of `filter_face_normals`; the other parameters concern the vertices
+#: the parameters of `filter_face_normals`
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
-BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation
 #: the `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
 #: the defaults for parameters that neither the caller nor the choice for the mesh sets
@@ -237,7 +237,6 @@ def _parameters(setting: denoising.Setting) -> dict[str, Any]:
 
 
 def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
-    """The kind of mesh and the noise that were found, with their evidence."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 

@@ -13,7 +13,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
 from .noise_level import FourthOrder, ring_means
 
-#: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
+#: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
 # The largest angle between normals of one level, in radians (about); and the largest thickness of a level, in mean edge lengths.

@@ -55,7 +55,7 @@ class Scan:
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
-        """Returns the scan of a mesh, see `sampled`; raises `FilterInputError` for a bad mesh or a bad `movable`."""
+        """Returns the scan of a mesh; raises `FilterInputError` for a bad mesh or a bad `movable`."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 

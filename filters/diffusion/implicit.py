@@ -27,7 +27,7 @@ Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
 TOLERANCE = 1e-10
 # Longer time steps are cut to this: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
-_ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `BackwardEulerStep._assemble`
+_ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry
 # A volume is a sum of signed tetrahedra. Below this share of the sum of their sizes it is rounding, as for a flat double sheet.
 _LEAST_VOLUME = 1e-9
 # The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.

@@ -29,7 +29,7 @@ class SurfaceMeasures:
     edges: int  # number of face edges, or of polyline edges in a mesh without faces, each once
     unreferenced_vertices: int  # vertices that no face and no edge uses
     degenerate_faces: int  # faces without area, left out of `roughness`, and counted as 0 in `triangle_quality`
-    folded_faces: int  # faces whose normals point away from the mean normals at their vertices, see the function `folded_faces`
+    folded_faces: int  # faces whose normals point away from the mean normals at their vertices
     border_edges: int  # edges with exactly one face
     non_manifold_edges: int  # edges with more than two faces
     non_manifold_vertices: int  # vertices of a non-manifold edge, or whose faces form several fans, as where two cones touch

@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; same bits for any number of threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
@@ -50,7 +50,6 @@ class CompressedRows(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> CompressedRows:
-        """Wraps the arrays of a matrix without a copy."""
         return cls(matrix.indptr, matrix.indices, matrix.data)
 
 

@@ -123,7 +123,7 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
             dx = max(abs(boxes[node, 0, 0] - x), abs(boxes[node, 1, 0] - x))
             dy = max(abs(boxes[node, 0, 1] - y), abs(boxes[node, 1, 1] - y))
             dz = max(abs(boxes[node, 0, 2] - z), abs(boxes[node, 1, 2] - z))
-            bounds[p] = min(bounds[p], dx * dx + dy * dy + dz * dz)  # the farthest corner
+            bounds[p] = min(bounds[p], dx * dx + dy * dy + dz * dz)
             if node < width:
                 left, right = 2 * node, 2 * node + 1
                 if gap_to(boxes, left, x, y, z) < gap_to(boxes, right, x, y, z):

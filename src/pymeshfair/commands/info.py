@@ -157,7 +157,7 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
 
 
 def filter_page(filter: Filter) -> Iterator[str]:
-    """The declaration of a filter as the lines of a page: its effect, its parameters, and how to call it."""
+    """The declaration of a filter as the lines of a page."""
     menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
     yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
     if filter.info:
@@ -218,7 +218,7 @@ def recipe_document(recipe: Recipe) -> dict[str, Any]:
 
 
 def recipe_page(recipe: Recipe) -> Iterator[str]:
-    """The recipe as the lines of a page: its purpose, its settings and its steps."""
+    """The recipe as the lines of a page."""
     yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
     if recipe.script.settings:
         yield "Settings (--set NAME=VALUE)"

@@ -126,7 +126,6 @@ class ScriptLog:
 
     @classmethod
     def of(cls, file: str | None) -> ScriptLog:
-        """Reads the script of an .mlx file; without a file the script is empty."""
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
