@@ -53,14 +53,13 @@ def curve_smoothing(
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
     So the curve shrinks towards its centroid, and the waves with m = 1 fade last. Taubin steps keep the size of the curve.
 
-    A mesh may have any number of curves, and curves may branch: a vertex with three or more neighbours moves towards their
-    weighted mean. A duplicate edge counts once, an edge from a vertex to itself not at all. An edge of length 0 has the weight of
-    an edge with a millionth of the mean length.
+    A mesh may have any number of curves, and curves may branch. A duplicate edge counts once, an edge from a vertex to itself not
+    at all. An edge of length 0 has the weight of an edge with a millionth of the mean length.
 
     Args:
         vertices: (n, 3) coordinates. A coordinate that is equal at all vertices keeps every bit.
         edges: (e, 2) pairs of vertices, in any order and direction.
-        method: the kind of step, see above. "implicit" smooths strongly in one step.
+        method: the kind of step. "implicit" smooths strongly in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
             straight line, however uneven their distances; without a detail size, vertices that are very near each other stay
             so. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
@@ -79,7 +78,7 @@ def curve_smoothing(
     Returns:
         (n, 3) float64. These vertices keep every bit: those without edges, those that are not `movable`, and fixed ends.
         "implicit" is exact to rounding on curves where no moving vertex has more than two moving neighbours, and to 1e-10 of the
-        bounding-box diagonal on branching curves. Deterministic, for any number of threads.
+        bounding-box diagonal on branching curves.
 
     Raises:
         FilterInputError: not a mesh of edges, or a parameter that is out of range, missing or does not fit the others.
@@ -155,7 +154,7 @@ def implicit_curve_steps(
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
     to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents t C p sum to 0.
-    Then the current that reaches the vertex eliminated last is minus the sum of the currents from the others to the ground.
+    Then the vertex eliminated last gets minus the sum of the currents that all other vertices send to the ground.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)

@@ -20,7 +20,6 @@ from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adja
 
 from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
-#: the ways to choose automatic parameters
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
@@ -68,15 +67,15 @@ class NormalFilterParameters:
     normal_iterations: Annotated[int, Int(minimum=1, maximum=10_000, automatic=0)] = 0
 
 
-#: the parameters of `filter_face_normals`; the other parameters concern the vertices
+#: the parameters of `filter_face_normals`
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
-BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation, see `denoised`
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation
 #: the `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
-#: the defaults of `normal_filtering`, for parameters that neither the caller nor the choice for the mesh sets
+#: the defaults for parameters that neither the caller nor the choice for the mesh sets
 _STEPS = inspect.signature(denoising.normal_filtering).parameters
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(denoising.NormalFilter) if field.name in STEP_ONE},
@@ -205,7 +204,6 @@ def apply_normal_robust_filtering_per_face(
 
 
 def _not_automatic(**values: Any) -> dict[str, Any]:
-    """The parameters that are not automatic."""
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
@@ -233,14 +231,12 @@ def _completed(
 
 
 def _parameters(setting: denoising.Setting) -> dict[str, Any]:
-    """The setting as parameters of the filter."""
     filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     before = {name: getattr(setting, name) for name in BEFORE}
     return {**DEFAULTS, **filtering, **before}
 
 
 def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
-    """The kind of mesh and the noise that were found, with their evidence."""
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 

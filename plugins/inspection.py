@@ -138,7 +138,7 @@ def compute_scalar_by_displacement_per_vertex(
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.
         correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
             'auto' takes 'vertex' if the two layers have the same faces.
-        signed: Negative on the inner side of the reference; 'vertex' measures along its normals. Otherwise distances.
+        signed: Values are negative on the inner side of the reference; 'vertex' measures along the normals of the reference.
     """
     other = layer.other(reference)
     result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
@@ -160,7 +160,6 @@ def _used(layer: Layer) -> Bools:
 
 
 def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **report: Any) -> Edit:
-    """The edit that writes values to the vertex scalar and, if `color`, to the vertex colours."""
     counted = values[_used(layer)]
     limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None

@@ -63,7 +63,6 @@ class Smoothed(NamedTuple):
     notes: tuple[str, ...]
 
     def edit(self, **values: Any) -> Edit:
-        """The edit, with additional values to report."""
         return Edit(vertices=self.vertices, values={**values, **self.values}, notes=self.notes)
 
 

@@ -128,7 +128,6 @@ def apply_coord_explicit_smoothing(
         ) from error
 
 
-#: lambda is the smoothing step, mu the step back; a pass band determines mu for a given lambda
 TAUBIN_STEP = Float(label="Step (lambda)", minimum=0, maximum=1)
 TAUBIN_MU = Float(
     label="Step back (mu)",
@@ -270,7 +269,6 @@ class Diffusion:
 
 
 def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Progress) -> Floats:
-    """Diffuses (n,) or (n, k) values of vertices."""
     if parameters.step == 0.0:
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
     options: dict[str, Any] = {"edge_stop": parameters.range_kernel, "contrast": parameters.range_sigma or None}
@@ -279,7 +277,6 @@ def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Pro
     return diffusion.perona_malik(values, layer.faces, **options)
 
 
-#: declares a filter that smooths attributes of vertices
 attribute_smoother = partial(mesh_filter, references=("perona1990", "black1998"))
 
 

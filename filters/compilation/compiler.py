@@ -1,7 +1,7 @@
 """The compiler process, which imports numba so that the processes that call kernels need not.
 
-Processes start faster without numba, and numba's settings for the processor affect only the compiler process. The first kernel
-without stored machine code starts the compiler process, which compiles kernels one by one, and ends with its parent process.
+The first kernel without stored machine code starts the compiler process, which ends with its parent process. Only there do
+numba's settings for the processor apply.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .machine_code import MachineCode, processor
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
 
-#: Environment variables of the compiler process. The machine code depends on them, and not on the user's numba settings.
+#: Environment variables of the compiler process, in place of the user's numba settings.
 #: The SLP vectoriser computes the three coordinates of a point at once: a smoothing step of 10,000 vertices takes 30 % less time.
 SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "NUMBA_SLP_VECTORIZE": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
@@ -34,7 +34,7 @@ class CompilationError(PymeshfairError, ImportError):
 
 
 class Compiler:
-    """A compiler process, which starts when the first kernel is to be compiled; one thread at a time uses it."""
+    """The compiler process, which one thread at a time uses."""
 
     def __init__(self) -> None:
         """See the class."""
@@ -68,7 +68,6 @@ class Compiler:
         return MachineCode(*answer)
 
     def close(self) -> None:
-        """Ends the compiler process."""
         process = self.__dict__.pop("_process", None)
         if process is not None:
             atexit.unregister(self.close)
@@ -110,7 +109,7 @@ def machine_code(kernel: Any, signature: Signature) -> MachineCode:
 
 
 def main() -> None:
-    """The compiler process: compiles the kernels requested on stdin until stdin is closed."""
+    """Compiles the kernels requested on stdin until stdin is closed."""
     orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     os.dup2(2, 1)  # stdout carries the answers, so prints go to stderr
@@ -126,5 +125,4 @@ def main() -> None:
             answers.flush()
 
 
-#: The compiler of this process.
 COMPILER = Compiler()

@@ -1,7 +1,4 @@
-"""Filters of face normals: settings, weights, and the weighted mean of the normals around each face.
-
-At a border all neighbours lie on one side and bias the mean; there most methods move the mean towards a local linear fit.
-"""
+"""Filters of face normals: settings, weights, and the weighted mean of the normals around each face."""
 
 import math
 from dataclasses import dataclass
@@ -34,9 +31,9 @@ _GAUSSIAN = KERNEL_CODES["gaussian"]
 _BATCH = 256
 # The ridge of the trend fit, as a share of the trace of the second moments. It suppresses a trend across a single row of faces.
 _RIDGE = 0.02
-# `_follow_trend` moves the mean a towards the fit b by the share 1 - `_SHRINKAGE` * s^2 / |b - a|^2, at least 0 [james1961].
+# The factor of s^2 in `_follow_trend` [james1961].
 _SHRINKAGE = 2.0
-# Number of coefficients of a trend along the surface, a value and two slopes, for each component of the normal.
+# Coefficients of a trend along the surface for each component of the normal: a value and two slopes.
 _COEFFICIENTS = 3.0
 
 
@@ -216,9 +213,9 @@ class _Room(NamedTuple):
     """Work arrays of `_neighbour_weights`."""
 
     near: Ints  # the neighbours
-    weights: Floats  # their weights
-    squares: Floats  # squared deviations of their normals
-    distances: Floats  # squared distances of their centres
+    weights: Floats
+    squares: Floats  # squared deviations of normals
+    distances: Floats  # squared distances of centres
 
 
 @compiled(nogil=True)

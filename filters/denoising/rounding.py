@@ -13,7 +13,7 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
 from .noise_level import FourthOrder, ring_means
 
-#: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first, see `Rounding.undone`.
+#: "keep" filters rounded coordinates as they are. "undo" smooths the terraces first.
 RoundingPolicy: TypeAlias = Literal["keep", "undo"]
 
 # The largest angle between normals of one level, in radians (about); and the largest thickness of a level, in mean edge lengths.
@@ -28,7 +28,7 @@ class Rounding(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
+        """The largest median step between the levels of an axis. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     @property
@@ -59,7 +59,7 @@ class Rounding(NamedTuple):
     def squares(self, points: Floats, rounded: Floats) -> Floats:
         """Returns (n,) squared distances of (n, 3) points from the `rounded` ones along the axes, means over the axes.
 
-        The unit is the variance of rounding, step^2 / 12 with the step at each vertex; unrounded points have a mean of about 1.
+        The unit is the variance of rounding, step^2 / 12 with the step at each vertex; points before rounding have a mean near 1.
         """
         squares = []
         for direction, levels in zip(*self, strict=True):
@@ -84,7 +84,6 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
         if levels is not None:
             fourth = fourth or FourthOrder.of(faces, len(points))
             squares = fourth.differences((points @ axis)[:, None])[fourth.inner] ** 2
-            # The standard deviation of rounding to steps of 1 is 1 / sqrt(12).
             noise = np.sqrt(12.0 * squares.mean()) / np.median(np.diff(levels)) if len(squares) else 0.0
             if 1.0 / tuned.ROUNDED < noise < tuned.ROUNDED:
                 roundings.append((axis, levels))

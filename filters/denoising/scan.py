@@ -31,7 +31,6 @@ from .noise_level import NoiseEstimate, agreement, estimate_noise, is_designed, 
 
 Label = TypeVar("Label")
 
-#: an empty set of held-out vertices
 NONE_HELD = np.empty(0, dtype=np.int32)
 # Factor of the added noise in `choose_by_risk`: too small to change the weights of a filter, far larger than rounding errors.
 _LITTLE = 0.1
@@ -56,7 +55,7 @@ class Scan:
 
     @staticmethod
     def of(vertices: ArrayLike, faces: ArrayLike, *, movable: ArrayLike | None = None, **attributes: Any) -> "Scan":
-        """Returns the scan of a mesh, see `sampled`; raises `FilterInputError` for a bad mesh or a bad `movable`."""
+        """Returns the scan of a mesh; raises `FilterInputError` for a bad mesh or a bad `movable`."""
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         return Scan.sampled(mesh.points, mesh.cells, mesh.movable, **attributes)[0]
 
@@ -77,7 +76,7 @@ class Scan:
         perimeter / mean edge: renumbering, moving, turning and scaling the mesh change these numbers only by rounding.
 
         Squares of the (n, 3) points must neither overflow nor underflow. `edge` is the mean edge if known, `patches` the number
-        of patches and the least number of faces in a patch, `attributes` the remaining fields of the scan.
+        of patches and the least number of faces in each, `attributes` the remaining fields of the scan.
         """
         whole = len(faces) <= _WHOLE
         chosen, origin = faces, np.arange(len(points), dtype=np.int32)
@@ -92,7 +91,6 @@ class Scan:
 
     @cached_property
     def noise(self) -> NoiseEstimate:
-        """The noise of the points, see `estimate_noise`."""
         return estimate_noise(self.points, self.faces)
 
     @cached_property
@@ -140,7 +138,7 @@ class Scan:
 
     @property
     def has_impulses(self) -> bool:
-        """Whether there is impulse noise. Its spikes can look like relief."""
+        """Whether there is impulse noise, whose spikes can look like relief."""
         return self.without_impulses[0] is not self
 
     @property
@@ -155,7 +153,7 @@ class Scan:
 
     @property
     def clean(self) -> bool:
-        """Whether the noise is negligible: a low level, or residuals that show the surface alone."""
+        """Whether the noise is negligible."""
         return self.noise.level < tuned.NO_NOISE or self.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
@@ -175,7 +173,7 @@ class Scan:
         fits the surface. Held-out vertices start at `initial_positions`; `by_means` takes means of neighbours for them, since
         positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
         n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
-        and `stays` are those of `cross_validate`. The choice is the same for any number of threads.
+        and `stays` are those of `cross_validate`.
         """
         held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:

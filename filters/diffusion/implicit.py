@@ -1,7 +1,4 @@
-"""Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length.
-
-`implicit_fairing` builds the masses M and the stiffness matrix C. `BackwardEulerStep` solves (M - t C) p' = M p, also on curves.
-"""
+"""Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length."""
 
 from __future__ import annotations
 
@@ -21,7 +18,6 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, norma
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
-#: "cotangent" means the Laplace-Beltrami operator: C is the cotangent stiffness, M has the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
 _WITHOUT_UNIT = ("uniform", "inverse_length")  # the operators whose time step has no unit
 #: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
@@ -31,16 +27,15 @@ Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
 TOLERANCE = 1e-10
 # Longer time steps are cut to this: the result is the same to rounding, and products with squared lengths do not overflow.
 LONGEST_STEP = 1e100
-_ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry, see `BackwardEulerStep._assemble`
+_ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry
 # A volume is a sum of signed tetrahedra. Below this share of the sum of their sizes it is rounding, as for a flat double sheet.
 _LEAST_VOLUME = 1e-9
 # The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.
 _LARGEST_GROWTH = 1e3
-# How often `dimensions_restored` adds back the loss, the motion along normals. Each time, long waves regain more amplitude.
+# How often `dimensions_restored` adds back the loss, the motion along normals.
 _TIMES = 2
-# How often the loss is smoothed before each addition; this removes noise from the loss.
+# How often the loss is smoothed before each addition.
 _PASSES = 2
-#: How often the loss is smoothed in all.
 _SOLVES = _TIMES * _PASSES
 
 
@@ -52,7 +47,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
     Valid on a surface that is smooth at this scale for the operators "cotangent" and "robust", on curves for "scale_dependent".
 
     Args:
-        detail_size: l, in mesh units. Larger is smoother: shorter waves keep less than half of their amplitude, longer ones more.
+        detail_size: l, in mesh units. Larger is smoother.
         iterations: number of steps. More steps cut off more sharply.
         keep_dimensions: as for `implicit_fairing`.
 
@@ -98,15 +93,13 @@ def implicit_fairing(
         time_step: t, from 0. Larger is smoother. In squared mesh units, or without a unit for "uniform" and "inverse_length"; see
             `time_step_of_detail_size`.
         iterations: number of steps. n steps of length t cut off more sharply than one of length n t.
-        flow: "linear" keeps the operator of the input: the quickest flow, because the system stays the same. "mean_curvature"
-            follows the surface: a sphere of radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized"
-            keeps the angles of the input as weights: no necks pinch off, and closed surfaces without handles tend to a sphere
-            [kazhdan2012].
+        flow: "linear" keeps the operator of the input, which is quickest. "mean_curvature" follows the surface: a sphere of
+            radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized" keeps the angles of the input as
+            weights: no necks pinch off, and closed surfaces without handles tend to a sphere [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
             a coherently oriented component without border whose vertices may all move; other components are not scaled.
         keep_dimensions: after every step, undo the part of the motion along the normals that neighbours share, on open surfaces
-            too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. If a step leaves the share s of a
-            wave, then 1 - (1 - s) (1 - s^2)^2 remains. Not for point clouds.
+            too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. Not for point clouds.
         border: "fixed": border vertices stay. "along": first a step of the same t smooths the border as a curve, see
             `curve_laplacian`; then the interior is solved with the new border prescribed. Together these two parts are the
             backward Euler step of the flow in which border vertices depend only on border neighbours. "free": border vertices are
@@ -115,9 +108,9 @@ def implicit_fairing(
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: those of a mesh that no face uses, those not `movable`, those on a fixed
-        border. The others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9
-        if t is more than a million squared edges. Deterministic, for any number of threads.
+        (n, 3) float64. Fixed vertices keep every bit: those not `movable` or on a fixed border, and those that no face of a mesh
+        uses. All others have an M-weighted root mean square error of about 1e-10 of the bounding-box diagonal, and up to 1e-9 if
+        t is more than a million squared edges.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, or a volume that nearly vanishes and cannot be preserved.
@@ -154,11 +147,7 @@ def implicit_fairing(
 
 
 class _Flow:
-    """Time steps of one length on one mesh: builds C and M as the `Flow` requires, and solves.
-
-    With the border policy "along" a step has two parts: first the border curves, where only border neighbours count, then the
-    other vertices with the new borders prescribed. Together they are the backward Euler step of this coupled system.
-    """
+    """Time steps of one length on one mesh: builds C and M as the `Flow` requires, and solves."""
 
     def __init__(
         self, mesh: NormalisedMesh, operator: OperatorName, time_step: float, solves: int, flow: Flow, border: BorderPolicy
@@ -179,7 +168,6 @@ class _Flow:
         self._systems: list[BackwardEulerStep] = []
 
     def step(self, points: Floats, progress: Progress) -> Floats:
-        """The points after one step."""
         if not self._systems or self._flow != "linear":
             self._systems = self._build(points)
         return self.smoothed(points, progress)
@@ -276,7 +264,6 @@ class BackwardEulerStep:
     def _solve(
         self, solver: SpdSolver, start: Floats, prescribed: Floats | None, extent: float, diagonal: float, progress: Progress
     ) -> Floats:
-        """Solves A d = t C p."""
         force = (self._stiffness_share * (self._stiffness @ start))[self._free]
         reference = diagonal * float(np.sqrt(self._mass.sum()))
         moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
@@ -400,10 +387,10 @@ def dimensions_restored(
 ) -> Floats:
     """Undoes, along the normals, the part of a smoothing step's motion that neighbouring vertices share.
 
-    A step moves convex parts inwards and concave parts outwards. There the loss h = (p - p') . n along the normals n of p' varies
-    slowly, while noise changes its sign from vertex to vertex. So S, the smoothing of the step, separates shape from noise: p'' =
-    p' + S(S(h)) n, twice. This is twicing [tukey1977] of the shape along its normals. A sphere, whose h is constant, gets its
-    radius back. If S leaves the share s of a wave on a plane, the share 1 - (1 - s) (1 - s^2)^2 remains.
+    The loss is h = (p - p') . n, with the normals n of the smoothed points p'. Lost shape makes h vary slowly, lost noise makes h
+    change its sign from vertex to vertex. So S, the smoothing of the step, removes the noise from h: p'' = p' + S(S(h)) n, done
+    twice, as in twicing [tukey1977]. A sphere, whose h is constant, gets its radius back. If S leaves the share s of a wave on a
+    plane, the share 1 - (1 - s) (1 - s^2)^2 remains.
 
     `smoothed` is S for (n, 1) values. A vertex stays if the step has not moved it and S leaves its loss at 0.
     """

@@ -1,7 +1,4 @@
-"""Bi-Laplacian smoothing: minimises squared curvature plus the weighted squared distance from the input [nealen2006].
-
-Feature weights are small at ridges, so that ridges are not smoothed.
-"""
+"""Bi-Laplacian smoothing: minimises squared curvature plus the weighted squared distance from the input [nealen2006]."""
 
 from __future__ import annotations
 
@@ -45,7 +42,7 @@ _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
 _RANGE, _ITERATIONS = 0.25, 10
 # The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Multigrid cycles for one inverse of H, see `InnerSolver`. With one cycle, detail sizes of many edges take twice the steps.
+# Multigrid cycles for one inverse of the H of `InnerSolver`. With one cycle, detail sizes of many edges take twice the steps.
 _CYCLES = 2
 
 
@@ -77,8 +74,8 @@ def bilaplacian_smoothing(
     """Minimises sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2) over p': (S M^-1 W S + w M) p' = w M p [nealen2006].
 
     A wave of length 2 pi / omega keeps w / (w + omega^4) of its amplitude. Compared with an implicit step of diffusion, waves
-    longer than l keep more, shorter waves less, and the area shrinks much less. One linear system is solved, without time steps.
-    L is the input's Laplace-Beltrami operator at inner vertices, C its stiffness and S = -C; A are vertex areas, M = diag(A).
+    longer than l keep more, shorter waves less, and the area shrinks much less. L is the input's Laplace-Beltrami operator at
+    inner vertices, C its stiffness and S = -C; A are vertex areas, M = diag(A).
 
     Args:
         vertices: (n, 3) coordinates.
@@ -131,7 +128,6 @@ def bilaplacian_smoothing(
             inverse = curve.inverse_mass
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
             quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
-            # The curve takes little of the time, so it gets little of the progress.
             displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
@@ -231,7 +227,6 @@ class FloatingComponents(NamedTuple):
 
     @classmethod
     def of(cls, labels: Longs, mass: Floats, count: int) -> FloatingComponents:
-        """Sums up the masses of `count` components."""
         masses = np.bincount(labels + 1, mass, count + 1)
         return cls(labels, mass, np.where(masses > 0.0, masses, 1.0))
 
@@ -338,10 +333,9 @@ def feature_weights(
 ) -> Floats:
     """Returns W_i = max(1e-4, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across an edge at i.
 
-    These weights for `bilaplacian_smoothing` are small where the surface bends sharply across an edge. The curvature of a noisy
-    surface is mostly noise, so the angles are measured between bilaterally filtered face normals [zheng2011]. The filter removes
-    noise of up to a tenth of an edge length. It keeps ridges, but also keeps part of stronger noise. The 8th power
-    makes the weight nearly 1 where the surface bends by half the angle a, and nearly 0 where it bends by twice the angle.
+    Weights for `bilaplacian_smoothing`. The face normals are filtered bilaterally [zheng2011], because curvature of a noisy
+    surface is mostly noise. The filter removes noise of up to a tenth of an edge length. It keeps ridges and part of stronger
+    noise. The 8th power makes the weight nearly 1 at half the angle a, and nearly 0 at twice a.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -28,7 +28,7 @@ from ..topology import border_vertices, diamond, faces_across, fan_size, flip, p
 _TOLERANCE = 1e-6
 # The longest step, as a share of the mean edge at the vertex.
 _LONGEST_STEP = 0.5
-# A step that would fold a triangle or leave the surface is halved up to this many times, then dropped.
+# How often a step may be halved.
 _HALVINGS = 4
 # Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would fray the edges.
 _AT_RIDGES = 0.2
@@ -37,7 +37,7 @@ _TURNED = 2.0 * math.sin(math.radians(12.5))
 # The least cosine between the normal of a moved triangle and its former normal, or the normal of the surface below it. After a
 # flip: between the normals of a new and an old triangle, or of the two new triangles.
 _LEAST_COSINE = 0.25
-# The largest number of passes of flips. Each pass raises the mean quality; after this number the gain is negligible.
+# The largest number of passes of flips. After this number the gain is negligible.
 _FLIP_PASSES = 50
 # The least gain of quality by a flip, far above rounding, so that flips do not undo each other forever.
 _LEAST_GAIN = 1e-6
@@ -63,8 +63,8 @@ def tangential_smoothing(
     four times, then dropped, if it would fold a triangle or bring the middle of an edge or a triangle too far from the input.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
-    Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. The surface, its border,
-    its orientation and its topology stay.
+    Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. Border, orientation and
+    topology stay.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -202,7 +202,6 @@ class KeptSurface:
 
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:
-    """(n,) the mean length of the sides of the faces at each vertex."""
     means = np.linalg.norm(points[np.roll(faces, -1, axis=1)] - points[faces], axis=2).mean(axis=1)
     count = np.bincount(faces.ravel(), minlength=len(points))
     return np.asarray(np.bincount(faces.ravel(), np.repeat(means, 3), len(points)) / np.maximum(count, 1))
@@ -215,11 +214,10 @@ def flip_towards_quality(
     [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
-    for slivers. So every flip raises the mean quality of the mesh, and the lowest quality does not fall. A flip is refused if the
-    normal of a new triangle would be more than 75 degrees from the normal of an old or the other new triangle; if the new edge
-    exists already; or if the middle or a quarter point of the edge or the centroid of a new triangle would be farther from the
-    surface than allowed. Edges without exactly two faces, or whose faces have opposite orientations, stay. Vertices do not
-    move.
+    for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from the normal of an old or the
+    other new triangle; if the new edge exists already; or if the middle or a quarter point of the edge or the centroid of a new
+    triangle would be farther from the surface than allowed. Edges without exactly two faces, or whose faces have opposite
+    orientations, stay.
 
     (n,) `may` must be True at all four vertices of a flip. (n,) `at` has the face of the surface at each vertex, where walks to
     the surface start. Returns the triangles and the number of flips.

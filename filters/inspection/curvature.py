@@ -50,10 +50,7 @@ def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
             sums[corner, 2] += angle * z / length
 
 
-#: "cotangent": the Laplace-Beltrami operator, which converges on regular meshes. "uniform": the mean of the one-ring, which needs
-#: no area and is robust to slivers, but has an error where vertices are spread unevenly.
 CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
-#: "deficit": the angle deficit of the vertex, in radians. "per_area": the deficit divided by the area of the vertex.
 GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
 
 
@@ -64,8 +61,8 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     "cotangent": H_i = -n_i . (L p)_i / 2 with L = M^-1 C, the cotangent stiffness C and the mixed Voronoi areas M [meyer2003];
     its error falls with the square of the edge length on regular meshes, and is 0 on cylinders.
     "uniform": H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the mean of the normal curvatures
-    along the edges, weighted by the squared lengths of the edges; this mean equals H if the edges are spread evenly.
-    H is 0 on borders, where it is not defined, and at vertices without a face.
+    along the edges, weighted by the squared lengths of the edges; it equals H if the edges are spread evenly, and is robust to
+    slivers. H is 0 on borders, where it is not defined, and at vertices without a face.
 
     Raises:
         FilterInputError: not a mesh, or an unknown operator.
@@ -121,7 +118,6 @@ def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
 
 
 def _uniform(points: Floats, faces: Ints) -> Floats:
-    """(n,) the mean curvature by the uniform operator, see `mean_curvature`."""
     pairs = edges(faces)
     towards = points[pairs[:, 1]] - points[pairs[:, 0]]
     squares = np.einsum("ij,ij->i", towards, towards)
@@ -146,8 +142,8 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
 
     The lamps are infinitely far, parallel to `direction`, and evenly spread round it. The eye is infinitely far in the direction
     v = `view`. At a normal n it sees light from r = 2 (n . v) n - v; the angle of r about `direction` decides whether r hits a
-    lamp or the dark between two lamps. A break in a stripe shows a jump of the normals. A sharp bend shows a jump of the
-    curvature, which shading hardly shows; smooth stripes with uneven gaps show a gradual change of the curvature.
+    lamp or the dark between two lamps. A break in a stripe shows a jump of the normals, a sharp bend a jump of the curvature;
+    smooth stripes with uneven gaps show a gradual change of the curvature.
 
     Args:
         normals: (n, 3) unit normals; 0 gives 0.5.

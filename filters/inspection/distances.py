@@ -17,9 +17,8 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
 #: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The usual number of samples on a surface; more if it has more faces, as each face has at least one.
+#: The usual number of samples on a surface.
 SAMPLES = 100_000
-#: Percentiles of the absolute distances.
 PERCENTILES = (50, 90, 95, 99)
 #: The number of samples for an alignment, and the share of them that it uses: the nearest, as scans may overlap only in part.
 _ALIGNED, _TRUSTED = 20_000, 0.8
@@ -57,8 +56,8 @@ def displacement(
 ) -> Displacement:
     """Measures the distances of the vertices of a mesh or a cloud from a reference.
 
-    Exact to the digits of the coordinates, also far from the origin: differences are taken before squares. A cloud has no faces.
-    The faces of the mesh matter only for the correspondence.
+    Exact to the digits of the coordinates, also far from the origin. A cloud has no faces. The faces of the mesh matter only for
+    the correspondence.
 
     Raises:
         FilterInputError: not a mesh, an empty reference, or "vertex" with different numbers of vertices.
@@ -85,7 +84,7 @@ def displacement(
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
     """Returns the faces of about `count` samples, ascending, and the area that each sample represents.
 
-    The number of samples on a face is in proportion to its area, at least one: more faces than `count` need more samples.
+    The number of samples on a face is in proportion to its area, at least one.
     Area-weighted means are at least as accurate as with equally many random samples. A cloud has its vertices as samples.
     """
     if not len(faces):
@@ -116,17 +115,17 @@ def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> 
 class DistanceStatistics:
     """Statistics of distances, weighted by area; a sampling error is twice the standard error of random samples."""
 
-    samples: int  # number of samples
+    samples: int
     mean: float  # mean signed distance: above 0 the surface lies mostly outside
     mean_size: float  # mean absolute distance
-    rms: float  # root mean square distance
+    rms: float
     standard_deviation: float  # of the signed distances
     percentiles: dict[str, float]  # absolute distances that "50", "90", "95" and "99" % of the area do not exceed
     within: float | None  # the share of the area within the tolerance; None without a tolerance
-    mean_error: float  # the sampling error of `mean`
-    mean_size_error: float  # the sampling error of `mean_size`
-    rms_error: float  # the sampling error of `rms`
-    within_error: float | None  # the sampling error of `within`
+    mean_error: float  # the sampling error of `mean`, and so on
+    mean_size_error: float
+    rms_error: float
+    within_error: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +204,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, int, float]:
-    """Finds the largest distance, its place and face, and an upper bound: splits parts bounded over `_PROVEN` times it."""
+    """Finds the largest distance, its place and face, and an upper bound, by splitting parts whose bounds are too high."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
@@ -266,7 +265,6 @@ def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
 
 
 def _percentiles(sizes: Floats, weights: Floats) -> dict[str, float]:
-    """The weighted `PERCENTILES` of the sizes."""
     order = np.argsort(sizes, kind="stable")
     below = np.cumsum(weights[order])
     at = np.searchsorted(below, [p / 100.0 * below[-1] for p in PERCENTILES])
@@ -281,7 +279,7 @@ class Alignment:
     degrees: float  # the rotation angle
     shift: float  # the displacement of the centre, in mesh units
     residual: float  # the root mean square distance of the nearest 80 % of the samples
-    iterations: int  # number of iterations
+    iterations: int
     converged: bool  # whether the last step was at most 3e-6 of the size
 
 

@@ -34,7 +34,7 @@ class TriangleTree(NamedTuple):
     triangles: Floats  # (m, 9) the first corner, the vector to the second corner, the vector to the third
     indices: Ints  # (m,) the face of each triangle
     boxes: Floats  # (nodes, 2, 3) the lowest and the highest coordinates of the triangles of each node
-    leaves: int  # number of leaves
+    leaves: int
     rounding: float  # smaller differences of squared distances are rounding errors
 
     @classmethod
@@ -143,7 +143,6 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 @compiled(nogil=True)
 def _bound(triangles: Floats, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int) -> None:
-    """Writes the bounds of `Surface.largest_distances` for the triangles from `first` to `last`."""
     for c in range(first, last):
         longest = 0.0
         for k in range(3):
@@ -168,7 +167,6 @@ class NearestPlaces(NamedTuple):
 
     @property
     def distances(self) -> Floats:
-        """(q,) the absolute distances."""
         return np.abs(self.signed)
 
 

@@ -29,7 +29,7 @@ class SurfaceMeasures:
     edges: int  # number of face edges, or of polyline edges in a mesh without faces, each once
     unreferenced_vertices: int  # vertices that no face and no edge uses
     degenerate_faces: int  # faces without area, left out of `roughness`, and counted as 0 in `triangle_quality`
-    folded_faces: int  # faces whose normals point away from the mean normals at their vertices, see the function `folded_faces`
+    folded_faces: int  # faces whose normals point away from the mean normals at their vertices
     border_edges: int  # edges with exactly one face
     non_manifold_edges: int  # edges with more than two faces
     non_manifold_vertices: int  # vertices of a non-manifold edge, or whose faces form several fans, as where two cones touch
@@ -39,9 +39,9 @@ class SurfaceMeasures:
     euler_characteristic: int  # (number of vertices with an edge) - edges + faces
     genus: int | None  # components - euler_characteristic / 2; only of closed, oriented meshes with manifold vertices
     diagonal: float  # diagonal of the bounding box of all vertices
-    area: float  # area of all faces
+    area: float
     volume: float | None  # sum of det(a, b, c) / 6, above 0 if faces look outwards; only of closed, oriented meshes
-    mean_edge: float | None  # mean edge length
+    mean_edge: float | None
     # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane, larger is rougher
     roughness: float | None
     triangle_quality: float | None  # mean of `triangle_shapes`: 1 if all are equilateral, near 0 for slivers
@@ -50,9 +50,9 @@ class SurfaceMeasures:
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """The connectivity of a mesh."""
+    """The connectivity of a mesh; fields without a comment are as in `SurfaceMeasures`."""
 
-    n_vertices: int  # number of vertices
+    n_vertices: int  # number of all vertices
     faces: Ints  # (m, 3) all faces
     segments: Ints  # (e, 2) edges of polylines
     proper: Ints  # (p, 3) the faces that name three different vertices
@@ -61,10 +61,10 @@ class Connectivity:
     oriented: bool  # whether the two faces of every such edge are coherently oriented
     used: int  # number of vertices in a proper face, or in an edge of a mesh without faces
     unreferenced: int  # number of vertices in no proper face and no edge
-    border: int  # number of edges with exactly one face
-    non_manifold_edges: int  # number of edges with more than two faces
-    non_manifold_vertices: int  # number of vertices of non-manifold edges, or whose faces form several fans
-    components: int  # number of connected components of the faces, or of the edges in a mesh without faces
+    border: int  # number of border edges
+    non_manifold_edges: int
+    non_manifold_vertices: int
+    components: int
 
     def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
         """Whether a mesh has exactly this connectivity."""

@@ -1,4 +1,4 @@
-"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner; same bits for any number of threads.
+"""Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
 into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
@@ -50,7 +50,6 @@ class CompressedRows(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> CompressedRows:
-        """Wraps the arrays of a matrix without a copy."""
         return cls(matrix.indptr, matrix.indices, matrix.data)
 
 
@@ -75,13 +74,12 @@ def conjugate_gradients(
 ) -> Descent:
     """Solves A x = b for symmetric positive definite A by preconditioned conjugate gradients [hestenes1952].
 
-    A may be positive semidefinite if b lies in its range. The iterations end when the norm of `Descent` is at most ``target``,
-    after ``max_iterations``, or when A turns out not to be semidefinite; the fields of `Descent` say which.
+    A may be positive semidefinite if b lies in its range. The iterations also end if A turns out not to be semidefinite.
 
     Args:
         matrix: A, (n, n), with a positive diagonal.
         right_side: b, (n, 3). Without `start`, a column of zeros adds no iterations; its solution is 0.
-        target: the norm at which the iterations end. A larger target ends them sooner.
+        target: the norm of `Descent` at which the iterations end. A larger target ends them sooner.
         max_iterations: the largest number of iterations.
         start: (n, 3) a first guess; 0 if None.
         precondition: B; None divides by the diagonal (Jacobi).
@@ -173,7 +171,6 @@ def _root(energy: Floats) -> float:
 
 @compiled
 def _quotients(a: Floats, b: Floats) -> Floats:
-    """The three quotients a / b; 0 where b is not above 0."""
     quotients = np.zeros(3)
     for column in range(3):
         if b[column] > 0.0:
@@ -307,7 +304,6 @@ class SmoothedAggregation:
             self._levels.append(_level(matrix, sparse.csr_matrix((matrix.shape[0], 0))))
 
     def __call__(self, residual: Floats) -> Floats:
-        """Returns an approximation of A^-1 residual, (n, 3)."""
         return self._cycle(0, residual)
 
     def iterated(self, right_side: Floats, cycles: int) -> Floats:

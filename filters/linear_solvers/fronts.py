@@ -137,7 +137,6 @@ def _parts(firsts: Longs, lows: Longs, numbers: Longs, count: int) -> tuple[Long
 
 
 def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
-    """The arrays of a symmetric matrix for kernels."""
     return CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32, copy=False), matrix.data)
 
 

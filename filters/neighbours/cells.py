@@ -68,9 +68,8 @@ def cells_within(
     """Lists the cells outside of a tile that can hold one of the k nearest neighbours of each point.
 
     `bounds` shrink in place: a box with more than k points holds k neighbours of every point, none farther away than the farthest
-    corner of the box. This shortens the list of a point that is far from all cells, and about equally far from each.
-
-    The list ends before the point whose cells would make it longer than `most`, but has the cells of at least one point.
+    corner of the box. The list ends before the point whose cells would make it longer than `most`, but has the cells of at least
+    one point.
 
     Returns:
         (a + 1,) offsets into the list, for the first `a` points; and the list: the (c,) numbers of cells.
@@ -124,7 +123,7 @@ def shrink_bounds(points: Floats, bounds: Floats, cells: CellTree, k: int) -> No
             dx = max(abs(boxes[node, 0, 0] - x), abs(boxes[node, 1, 0] - x))
             dy = max(abs(boxes[node, 0, 1] - y), abs(boxes[node, 1, 1] - y))
             dz = max(abs(boxes[node, 0, 2] - z), abs(boxes[node, 1, 2] - z))
-            bounds[p] = min(bounds[p], dx * dx + dy * dy + dz * dz)  # the farthest corner
+            bounds[p] = min(bounds[p], dx * dx + dy * dy + dz * dz)
             if node < width:
                 left, right = 2 * node, 2 * node + 1
                 if gap_to(boxes, left, x, y, z) < gap_to(boxes, right, x, y, z):

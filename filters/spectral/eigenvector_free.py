@@ -69,7 +69,7 @@ def filter_without_eigenvectors(
         progress: called after every product and every few steps of a solve; may raise to stop.
 
     Returns:
-        The filtered values, their error and the route; the same to the bit for any number of threads.
+        The filtered values, their error and the route.
 
     Raises:
         FilterInputError: the route "polynomial" would need too high a degree.
@@ -274,7 +274,6 @@ class ChebyshevSeries:
 
     @property
     def degree(self) -> int:
-        """The degree of the polynomial."""
         return len(self.coefficients) - 1
 
 
@@ -347,10 +346,10 @@ def polynomial_filter(
     *,
     progress: Progress = ignore_progress,
 ) -> Floats | None:
-    """Returns p(M^-1 S) v for the series of `polynomial_series`; None if D has an eigenvalue above `bound`.
+    """Returns p(M^-1 S) v for the series that `polynomial_series` makes for `bound`.
 
-    `symmetric` is D of `symmetric_form`, (n, n), the values v are (n, k), and the series is made for `bound`. An eigenvalue
-    above the bound is detected because the recurrence grows.
+    `symmetric` is D of `symmetric_form`, (n, n); the values v are (n, k). If D has an eigenvalue above `bound`, the recurrence
+    grows, and the result is None.
     """
     n, columns = values.shape
     root = np.sqrt(mass)

@@ -105,7 +105,7 @@ def spectral_filter(
 
     Returns:
         The coordinates and how they were computed. Vertices that are not `movable` or have no face with area keep their
-        coordinates exactly. Deterministic to the bit.
+        coordinates exactly.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.

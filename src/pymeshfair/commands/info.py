@@ -80,7 +80,6 @@ def _head(info: RecipeInfo) -> dict[str, Any]:
 
 
 def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
-    """The lines of the list of recipes, under the names of their tasks."""
     tasks = [head.info.task for head in heads]
     for head, former in zip(heads, [None, *tasks], strict=False):
         if head.info.task != former:
@@ -158,7 +157,7 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
 
 
 def filter_page(filter: Filter) -> Iterator[str]:
-    """The declaration of a filter as the lines of a page: its effect, its parameters, and how to call it."""
+    """The declaration of a filter as the lines of a page."""
     menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
     yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
     if filter.info:
@@ -219,7 +218,7 @@ def recipe_document(recipe: Recipe) -> dict[str, Any]:
 
 
 def recipe_page(recipe: Recipe) -> Iterator[str]:
-    """The recipe as the lines of a page: its purpose, its settings and its steps."""
+    """The recipe as the lines of a page."""
     yield f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n"
     if recipe.script.settings:
         yield "Settings (--set NAME=VALUE)"
@@ -253,7 +252,6 @@ def _show_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
 
 
 def _mesh_lines(measures: Mapping[str, Any]) -> Iterator[str]:
-    """Lines about the attributes, box, faces and noise of a mesh, and about the holes and outer borders with most edges."""
     yield f"\nIt has {', '.join(measures['attributes'] or ['only vertices'])}."
     if measures["box"]:
         low, high = measures["box"]

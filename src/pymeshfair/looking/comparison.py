@@ -30,7 +30,7 @@ from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
-#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes it
+#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes the estimate
 MOST_OF_NOISE = 100_000
 #: number of cells along the longest side of the bounding box, in the grid that divides a large mesh
 _CELLS = 8
@@ -50,11 +50,10 @@ class MeshState:
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
     #: ``noise``, its standard deviation along normals in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
-    sharp: SharpEdges  # the sharp edges
+    sharp: SharpEdges
 
     @property
     def diagonal(self) -> float:
-        """Returns the diagonal of the bounding box in mesh units."""
         return float(self.measures["diagonal"])
 
     @property
@@ -112,7 +111,7 @@ class Area:
 class LengthIn:
     """A length in three units."""
 
-    mesh_units: float  # in the unit of the coordinates
+    mesh_units: float
     mean_edges: float | None  # in units of `MeshState.mean_edge` of the first mesh or cloud; None if that is 0
     percent_of_diagonal: float | None  # of the first mesh's bounding box; None if the diagonal is 0
 
@@ -122,7 +121,7 @@ class Moved:
     """The displacement of vertices, if both meshes have the same number of vertices and the same faces."""
 
     mean: LengthIn
-    rms: LengthIn  # the root mean square
+    rms: LengthIn
     most: LengthIn  # the 99th percentile
     largest: LengthIn
     vertex: int  # the vertex with the largest displacement
@@ -136,10 +135,10 @@ class Deviation:
     Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of random samples.
     """
 
-    samples: int  # the number of samples
+    samples: int
     mean: LengthIn  # of the signed distances
     mean_size: LengthIn  # of the absolute distances
-    rms: LengthIn  # the root mean square
+    rms: LengthIn
     standard_deviation: LengthIn  # of the signed distances
     percentiles: Mapping[str, LengthIn]  # of the absolute distances, for the keys "50", "90", "95" and "99"
     largest: LengthIn  # the largest absolute distance, found by a search within faces
@@ -173,9 +172,9 @@ class Comparison:
     sharp_edges_kept: float | None  # share by length: sharp edges of the first with a sharp edge of the second within a mean edge
     added_area: float | None  # area of the second mesh further than a mean edge from the first, in square mesh units
     removed_area: float | None  # area of the first mesh further than a mean edge from the second, in square mesh units
-    attributes_kept: tuple[str, ...]  # attributes of both meshes
-    attributes_lost: tuple[str, ...]  # attributes of the first mesh alone
-    attributes_gained: tuple[str, ...]  # attributes of the second mesh alone
+    attributes_kept: tuple[str, ...]
+    attributes_lost: tuple[str, ...]
+    attributes_gained: tuple[str, ...]
     tolerance: LengthIn | None = None  # the largest allowed distance, or None
     passed: bool | None = None  # whether all distances are within the tolerance; None without one
     out_of_tolerance: tuple[Area, ...] = ()  # the areas beyond the tolerance, the furthest first
@@ -191,15 +190,14 @@ def same_elements(first: MeshData, second: MeshData) -> bool:
 class Compared:
     """Two meshes, their comparison, and the distances at each sample."""
 
-    before: MeshState  # the first
-    after: MeshState  # the second
+    before: MeshState
+    after: MeshState
     comparison: Comparison
     after_distance: SurfaceDistance  # of the second from the first
     before_distance: SurfaceDistance  # of the first from the second
 
     @property
     def meshes(self) -> dict[str, MeshData]:
-        """Returns both meshes by name."""
         return {"before": self.before.mesh, "after": self.after.mesh}
 
     @property

@@ -224,10 +224,10 @@ def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Returns (a,) the donor of each added vertex, its nearest rim vertex, and (b,) the donor of each added face.
+    """Returns (a,) the rim vertex nearest to each added vertex, and (b,) a face at the rim vertex nearest to each added face.
 
-    Donors are the faces in the non-empty (m,) mask `may_donate` and their vertices. Donor vertices of added faces, or all donor
-    vertices if there are none, are the rim. An added face's donor is at the rim vertex nearest to its centroid. `old` is n.
+    The rim has the vertices of the faces in the (m,) mask `may_donate`: those that added faces use, or all if added faces use
+    none. `old` is n.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex

@@ -104,7 +104,7 @@ class Former:
     #: by old parameter and old value (``*`` for any), the equivalent values by today's parameters, in which ``*`` stands for
     #: the old value and ``-*`` for its negative
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
-    #: removed parameters: MeshLab does today what it did with the given value; None if the value never mattered
+    #: removed parameters, each with the old value whose effect MeshLab has today; None if the value never mattered
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps old names in plain form (see `_plain`) to entries, without those whose plain form is that of today's name."""
+    """Maps old names in plain form to entries, without those whose plain form is that of today's name."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

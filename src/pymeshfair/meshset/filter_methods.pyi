@@ -3050,7 +3050,8 @@ class FilterMethods(metaclass=LateMethods):
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
                 reference; 'auto' takes 'vertex' if the two layers have the same faces.
-            signed: Negative on the inner side of the reference; 'vertex' measures along its normals. Otherwise distances.
+            signed: Values are negative on the inner side of the reference; 'vertex' measures along the normals of the
+                reference.
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:

@@ -43,7 +43,7 @@ class FilterRunner:
         return self._apply(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Applies a step of a script, whose values are checked; returns its report, and the step with all values used."""
+        """Like `apply`, for a step of a script, whose values are checked."""
         values = _with_changed_ids(step.filter, step.values, self._bench.with_helpers)
         return self._apply(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 
@@ -69,7 +69,6 @@ class FilterRunner:
                 _LOG.log(level, "%s", text)
 
     def _apply(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
-        """Applies a filter with checked values; returns its report, and the step with all values used."""
         if declared.arity is not Arity.NONE and not self._bench.has_current():
             raise FilterFailedError(f"{declared.python_name} needs a mesh, but the mesh set has no current mesh: load one first")
         if not declared.is_builtin:
@@ -127,7 +126,6 @@ class ScriptLog:
 
     @classmethod
     def of(cls, file: str | None) -> ScriptLog:
-        """Reads the script of an .mlx file; without a file the script is empty."""
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:

@@ -37,8 +37,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     a step of filter scripts. They change the current mesh in place and keep all its other data. A `pymeshlab.Mesh` that was
     fetched before shows the new state.
 
-    Filters of plugins use up layer ids of MeshLab for helper layers, for instance one to move the vertices of a mesh with
-    faces. So the ids of later layers skip numbers. Scripts number the layers without these gaps.
+    Filters of plugins use up layer ids of MeshLab for helper layers, so that the ids of later layers skip numbers. Scripts
+    number the layers without these gaps.
 
     Attributes:
         on_progress: called with the share of work done, from 0 to 1, while a plugin's filter works; may raise to stop the filter.

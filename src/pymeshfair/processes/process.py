@@ -36,7 +36,6 @@ _LINE_LIMIT = 4096
 _PATIENCE = 5.0
 #: seconds between two checks of a silent process, and to wait for the rest of its stderr after the answer
 _PULSE = 0.5
-#: a task fails when this many processes are lost with it
 _MOST_LOST = 4
 #: the number of the trim threshold among the parameters of the C function ``mallopt``
 _M_TRIM_THRESHOLD = -1
@@ -47,7 +46,7 @@ class LostProcessError(RunError):
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the worker process ended with status {status}")
-        self.status = status  # its exit status, or minus the number of the signal that ended it
+        self.status = status  # as `Process.wait` returns it
 
 
 class Process:
@@ -139,7 +138,6 @@ class Process:
             self._system.kill(self._process)
 
     def close(self) -> None:
-        """Ends the process, and frees its threads and streams."""
         self.kill()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
@@ -180,7 +178,6 @@ class ForkedProcess:
     """A fork of this process that serves orders, with all modules loaded; has the methods of `subprocess.Popen` used here."""
 
     def __init__(self, threads: int | None) -> None:
-        """Forks; see `worker_environment` for `threads`."""
         pipes = [os.pipe() for _ in range(3)]
         child_ends = [pipes[0][0], pipes[1][1], pipes[2][1]]
         parent_ends = [pipes[0][1], pipes[1][0], pipes[2][0]]
@@ -196,7 +193,6 @@ class ForkedProcess:
         self.stderr: IO[bytes] = os.fdopen(parent_ends[2], "rb")
 
     def wait(self, timeout: float | None = None) -> int:
-        """Waits for the end of the process; returns its exit status, or minus the number of the signal that ended it."""
         end = time.monotonic() + (math.inf if timeout is None else timeout)
         while self.returncode is None:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
@@ -269,7 +265,6 @@ class Pool:
         self.rest()
 
     def check_open(self) -> None:
-        """Raises `RunError` if the pool is closed."""
         if self._is_over:
             raise RunError("the workers are ended")
 
@@ -281,7 +276,6 @@ class Pool:
         self._idle += [Process(self._threads, self._modules, forked=can_fork()) for _ in range(self.most)]
 
     def rest(self) -> None:
-        """Ends the idle processes."""
         with self._lock:
             idle, self._idle = self._idle, []
         for process in idle:
@@ -289,7 +283,6 @@ class Pool:
 
     @contextmanager
     def lend(self) -> Iterator[Process]:
-        """Lends a process for the duration of the context."""
         with self._free:
             with self._lock:
                 self.check_open()
@@ -308,7 +301,6 @@ class Pool:
                     process.close()
 
     def _rest_later(self, seconds: float) -> None:
-        """Schedules a call of `rest`, in place of one that is scheduled already."""
         self._clock.cancel()
         self._clock = threading.Timer(seconds, self.rest)
         self._clock.daemon = True

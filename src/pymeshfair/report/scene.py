@@ -2,7 +2,7 @@
 
 The viewer (``viewer.js``) reads this layout. A scene is a header in JSON and a body of bytes. Coordinates are integers of 16 bits
 in a cube around the meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
-integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers, see `_planes`.
+integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers.
 """
 
 import base64
@@ -26,7 +26,6 @@ from ..mesh_data import MeshData
 
 #: the largest number of faces of a mesh in a browser; larger meshes are decimated
 MOST_FACES = 120_000
-#: the largest number of points of a cloud in a browser
 MOST_POINTS = 200_000
 #: before decimation, a mesh of over 4 `MOST_FACES` faces is thinned on a grid to about this many times `MOST_FACES`
 _THINNED = 2
@@ -119,7 +118,7 @@ class Marker:
     """A place that the viewer shows with a ring and a label."""
 
     place: tuple[float, float, float]  # (x, y, z)
-    label: str  # its text
+    label: str
     mesh: int = 1  # the index of its mesh in the scene, from 0
 
 
@@ -242,7 +241,6 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
-    """The ends of a coloring's colour bar, and its 256 colours."""
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
     if not limits.high > limits.low:
         limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)

@@ -49,11 +49,10 @@ class Document:
         self._next_id = 0
         self._door: Door  # set by the first step with a filter of MeshLab
         self._door_is_current = False  # whether the door has the layers as they are now
-        self.current_id: int | None = None  # id of the current layer; None without layers
-        self.losses: list[str] = []  # contents that MeshLab could not take, one text each
+        self.current_id: int | None = None
+        self.losses: list[str] = []
 
     def add(self, mesh: MeshData) -> int:
-        """Add a layer, make it the current one, and return its id."""
         number, self._next_id = self._next_id, self._next_id + 1
         self._meshes[number], self._visible[number] = mesh, True
         self._door_is_current = False
@@ -73,7 +72,6 @@ class Document:
         return State(meshes, self._visible.copy(), self.current_id, self._next_id, self.losses.copy())
 
     def restore(self, state: State) -> None:
-        """Replace the layers by those of a snapshot."""
         meshes, visible, self.current_id, self._next_id, losses = state
         self._meshes, self._visible, self.losses, self._door_is_current = {**meshes}, {**visible}, [*losses], False
 

@@ -106,11 +106,11 @@ class Moved:
     same: bool  # whether the vertices were followed; if not, the mesh is new
     count: int  # the number of vertices that were compared
     moved: int  # the number of vertices that moved
-    mean: float  # the mean displacement
-    rms: float  # the root mean square
+    mean: float
+    rms: float
     most: float  # the 99th percentile
-    largest: float  # the largest displacement
-    vertex: int  # the number of the vertex with this displacement, in the result
+    largest: float
+    vertex: int  # the number of the vertex with the largest displacement, in the result
     place: tuple[float, ...]  # the place of that vertex in the result, (x, y, z)
     edges: float | None  # the largest displacement in mean edges of the input, or mean spacings of a cloud; None without both
     mean_edges: float | None  # the mean displacement in the same unit
@@ -120,7 +120,7 @@ class Moved:
 class Piece:
     """A connected piece of the added or removed faces."""
 
-    faces: int  # the number of faces
+    faces: int
     share: float | None  # its share of the input's area; None if the input has no area
     size: float  # the diagonal of its bounding box, in mesh units
     place: tuple[float, ...]  # the middle of the box, (x, y, z)
@@ -130,10 +130,10 @@ class Piece:
 class Part:
     """The elements that were added, or those that were removed."""
 
-    vertices: int  # the number of vertices
-    faces: int  # the number of faces
-    area: float  # the area of the faces
-    share: float | None  # its share of the input's area; None if the input has no area
+    vertices: int
+    faces: int
+    area: float
+    share: float | None  # as in `Piece`
     pieces: int  # the number of connected pieces of the faces
     loose: int  # the number of pieces that share no vertex with the remaining faces
     rims: int  # the number of pieces that share a vertex with the remaining faces and reach the border of the mesh
@@ -144,8 +144,8 @@ class Part:
 class Folded:
     """Faces that are folded over in the result and were not before."""
 
-    count: int  # the number of faces
-    face: int  # the index of the largest
+    count: int
+    face: int  # the index of the largest face
     place: tuple[float, ...]  # its centre in the result, (x, y, z)
 
 
@@ -160,9 +160,9 @@ class ShapeChange:
     sides_without_noise: Sides | None
     area: float | None  # the relative change of the area; None if the input has no area
     volume: float | None  # the relative change of the volume; None unless both meshes are closed
-    moved: Moved | None  # the displacement of vertices; None if there are no vertices to compare
-    added: Part  # elements of the result that the input did not have
-    removed: Part  # elements of the input that the result does not have
+    moved: Moved | None  # None if there are no vertices to compare
+    added: Part
+    removed: Part
     turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
     folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if elements were added or removed
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
@@ -327,7 +327,6 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
 
 
 def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, input_area: float | None) -> Part:
-    """The measures of the masked vertices and faces of a mesh."""
     inside = faces[face_mask]
     if not len(inside):
         return Part(int(vertex_mask.sum()), 0, 0.0, 0.0 if input_area else None, 0, 0, 0)

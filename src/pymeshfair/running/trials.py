@@ -23,7 +23,7 @@ from .supervise import run_job
 
 
 def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
-    """The smoothing steps of a recipe that keep the number of faces, `chosen` for that of its filter; None if there are none."""
+    """The recipe's smoothing steps that keep the number of faces, or None; `chosen` replaces the step with the same filter."""
     steps = [
         step
         for step in recipe.script.steps
@@ -41,7 +41,7 @@ def trials(
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
     starts at the position that its neighbours predict. The error of a script is the distance of its result from the scan
-    along the normals, at these vertices. On a `clean` scan no vertex is held out, and the error is taken at all `Scan.scored`.
+    along the normals, at these vertices. On a `clean` scan no vertex is held out; the error is taken at all `scored` vertices.
 
     Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty if no vertex can be
     held out.

@@ -47,9 +47,9 @@ class Condition:
     """One condition under which a recipe fits a scan."""
 
     text: str  # as the recipe writes it
-    trait: str  # the name of the trait
-    least: float  # the lower bound
-    most: float  # the upper bound
+    trait: str
+    least: float
+    most: float
     outside: bool = False  # whether the trait must lie outside the bounds, as after ``no``
 
     def is_met(self, traits: Mapping[str, float]) -> bool:
@@ -119,7 +119,6 @@ class Guards:
     keep_sharp: float | None = None  # the least share of the length of sharp edges that must stay sharp, in percent
 
     def __bool__(self) -> bool:
-        """Whether any limit is set."""
         return self != NO_GUARDS
 
     @classmethod
@@ -149,7 +148,6 @@ class Guards:
 
     @property
     def _limits(self) -> dict[str, Any]:
-        """The limits that are set, by name."""
         return {name: limit for name, limit in vars(self).items() if limit not in (None, ())}
 
     def in_mesh_units(self, unit: str | None) -> Guards:
@@ -158,7 +156,7 @@ class Guards:
         return self if moved is None else replace(self, max_displacement=moved.in_mesh_units(unit))
 
 
-NO_GUARDS = Guards()  # no limit at all
+NO_GUARDS = Guards()
 
 
 def refuse_unmeasured(guards: Guards) -> None:

@@ -39,13 +39,12 @@ _PULSE = 0.5
 class WorkFolder:
     """The folder of the temporary files of a run, and its journal."""
 
-    path: Path  # the folder
-    note: str  # why the files of a former run are not used; empty if they are used, or if there are none
+    path: Path
+    note: str  # why a resumed run does not use the files of a former run; else empty
     journal: BinaryIO
     results: Mapping[tuple[int, int], Any]  # of a former run, by the `Tasks.map` call's number and the task's number in the call
 
     def append(self, call: int, number: int, result: Any) -> None:
-        """Adds a finished task to the journal."""
         self.journal.write(pickle.dumps((call, number, result)))
         self.journal.flush()
 
@@ -88,7 +87,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the size in bytes of its journal's complete records (0 if unused), and why unused."""
+    """Returns the results of a former run, the bytes of its journal's complete records, and `WorkFolder.note`."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:
@@ -121,7 +120,7 @@ class Tasks:
     items: Items  # the queue of signals from `pymeshfair.running.supervise.Interrupts`, and of finished tasks
     timeout: float = math.inf  # seconds for all tasks together, from the creation of this object
     check: Callable[[], None] = lambda: None  # called about twice a second; may raise to stop
-    work: WorkFolder | None = None  # the folder of the temporary files
+    work: WorkFolder | None = None
     peaks: dict[str, int] = field(default_factory=dict)  # peak memory by process in bytes, if known
 
     def __post_init__(self) -> None:
@@ -129,7 +128,6 @@ class Tasks:
         self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Does one task; returns its result."""
         return self.map(task, [arguments])[0]
 
     def map(

@@ -26,7 +26,6 @@ from .workbench import Workbench, read_array
 
 Element: TypeAlias = Literal["vertex", "face"]
 ELEMENTS: tuple[Element, Element] = ("vertex", "face")
-#: prefix of the names of helper attributes
 PREFIX = "pymeshfair_helper_"
 #: The largest number of helper attributes of a layer's vertices, and of its faces: nine for a full edit, three for overwriting.
 MOST = 12
@@ -133,7 +132,6 @@ def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
 
 
 def _compute(bench: Workbench, element: Element, expressions: dict[str, str]) -> None:
-    """Sets attributes of the current layer to expressions."""
     for name, expression in expressions.items():
         bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=expression)
 
@@ -157,8 +155,6 @@ def _on_a_line(bench: Workbench, mesh: Any) -> Iterator[_Line]:
 
 
 class _Line:
-    """The vertices of a layer that move to a line and back."""
-
     def __init__(self, bench: Workbench, mesh: Any) -> None:
         self._bench, self._id = bench, int(mesh.id())
         #: where the vertices were, and where `put_back` moves them
@@ -187,7 +183,6 @@ class _Line:
             self._bench.apply("transfer_attributes_per_vertex", **parameters)
 
     def put_back(self) -> None:
-        """Restores the coordinates and normals of the vertices."""
         self.send(list(self._normals.T))
         _compute(self._bench, "vertex", dict(zip(_SPARE, _AXES, strict=True)))
         self.send(list(self.points.T))
@@ -216,10 +211,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Sets the custom attributes of the current layer to 0 from element `kept` on, where MeshLab leaves undefined values.
-
-    The layer has passed `check_names`.
-    """
+    """Sets custom attributes to 0 from element `kept` on, where MeshLab leaves undefined values; call `check_names` before."""
     for kind, name, values in list(custom_attributes(bench, mesh)):
         if kind != element or not values[kept:].any():
             continue
