@@ -67,10 +67,9 @@ def chosen_projection(
 ) -> Choice[Projection] | None:
     """Chooses the setting of `bilateral_projection` that best predicts held-out points along the normals.
 
-    A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
-    and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
-    wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are probably nearer to the
-    true surface than the given points are. The noise of the given points is estimated from that of the calmest part.
+    A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out. Among the settings within
+    one standard error of the best, the one with the least `Projection.amount` wins. If residuals of neighbours correlate, doing
+    nothing wins instead, unless the smoothed points are probably nearer to the true surface than the given points.
 
     The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
@@ -194,7 +193,7 @@ class CloudSample:
     def correlation(self) -> float:
         """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
 
-        It is the sum of s_i s_j over the pairs of neighbours there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
+        It is the sum of s_i s_j over the pairs there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
         `height_residuals` divided by the local deviation. Independent noise has about -0.15, a surface without noise above 0.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)

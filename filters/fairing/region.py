@@ -1,7 +1,4 @@
-"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours.
-
-Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
-"""
+"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours."""
 
 from __future__ import annotations
 
@@ -69,8 +66,8 @@ def fair_region(
 
     The symmetric form is (S M^-1)^(k-1) S p = 0 with S = -C, and C and M from `surface_laplacian` of the input with a lower bound
     on M. Its solution minimises the integral of |grad p|^2, |L p|^2 or |grad L p|^2. The former shape of the region matters
-    only through S and M: the input serves as parametrisation. Fairing once more, with the operator of the faired surface, comes
-    closer to the surface of least area or bending.
+    only through S and M. Fairing once more, with the operator of the faired surface, comes closer to the surface of least area
+    or bending.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -151,7 +148,6 @@ class _System(NamedTuple):
         return sparse.csr_matrix(product)
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
-        """The solution at the free vertices."""
         # A membrane is so well-conditioned that the residual of the first guess needs only ordinary precision.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
         return refined_solution(
@@ -319,7 +315,7 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
 
 @compiled
 def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
-    """Returns the area of the triangles with a free vertex, from the points before and after."""
+    """Returns the areas of the triangles with a free vertex, before and after."""
     sums = np.zeros(2)
     for a, b, c in faces:
         if free[a] or free[b] or free[c]:

@@ -69,10 +69,10 @@ def broken_left_open(border: BrokenBorder) -> OpenRim:
 class Rim(NamedTuple):
     """One boundary loop."""
 
-    edges: int  # number of edges
+    edges: int
     length: float  # sum of the edge lengths
     middle: Floats  # (3,) mean of the vertices
-    outer: bool  # whether it is, surely or probably, the outer border of an open sheet
+    outer: bool  # whether it is, surely or probably, the outer border of a sheet
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:

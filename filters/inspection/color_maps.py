@@ -65,7 +65,7 @@ def sequential_colors(values: Floats, limits: Limits) -> Floats:
 
 def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
     low, high = limits
-    # Halved: the difference of two large values of opposite signs would overflow.
+    # Halved against overflow, as in `robust_limits`.
     half = 0.5 * high - 0.5 * low
     shares = np.full(len(values), 0.5)
     if half > 0.0:

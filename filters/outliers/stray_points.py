@@ -37,7 +37,7 @@ class StrayRule:
     smallest_part: int
 
     def on_surface(self, spacing: Floats, median: float, thickness: Floats, links: Longs) -> Bools:
-        """Returns (n,) which points are on a surface by their own spacing, thickness and number of links."""
+        """Returns (n,) which points are on a surface."""
         sparse = spacing / (self.sparseness * median or 1.0)
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 

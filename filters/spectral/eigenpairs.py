@@ -1,7 +1,7 @@
 """Manifold harmonics: the lowest eigenpairs of a spectral problem, none missing, and single modes as values at the vertices.
 
 Large sparse operators are solved by spectrum slicing: band by band, and the eigenvalues of each band are counted. SciPy's ARPACK
-searches near one shift and does not count, so it may miss eigenvalues. docs/solvers.md compares the times.
+searches near one shift and does not count, so it may miss eigenvalues.
 """
 
 from __future__ import annotations
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits: it stays good.
+    # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -399,7 +399,7 @@ def modes_near(
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * count + _SMALL)))
-        # Nearly all overlap is with the last two blocks. It is removed first, so that one pass over the whole basis is exact.
+        # Nearly all overlap is with the last two blocks. Without it one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .meshset import MeshSet
     from .running.job import Event, RunResult
     from .scripts import Change, Step, changing, guards, warnings
-else:  # importing these takes about as long as importing pymeshlab; a program that makes no recipe does without them
+else:  # importing these takes about as long as importing pymeshlab
     named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
     builtin_filters = ImportedWhenUsed("pymeshfair.meshlab.builtin_filters")  # imports pymeshlab
@@ -66,7 +66,7 @@ class Recipe(FilterMethods):
         Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         declared = registry.find_filter(filter_name)
-        # of percentages MeshLab's filters alone say of which length they are, and only on a mesh
+        # what 100 % is, a filter of MeshLab says only on a mesh
         kinds = ("PureValue",) if declared.is_builtin else ("PureValue", "PercentageValue")
         values = {n: builtin_filters.as_length(v) if type(v).__name__ in kinds else v for n, v in kwargs.items()}
         self.script = changing.with_step(self.script, declared, values)
@@ -128,7 +128,7 @@ class Recipe(FilterMethods):
         return run(self, input, output, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the recipe as an .mlx script, atomically; replaces an existing file. That is the recipe's file from then on."""
+        """Writes the recipe as an .mlx script, atomically; replaces an existing file. The script then has this path."""
         scripts.write_script(self.script, Path(path), overwrite=True)
         self.script, self.overrides = replace(self.script, path=Path(path).absolute()), ()
 

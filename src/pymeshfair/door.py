@@ -115,7 +115,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
-        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, element numbers, matrix."""
+        """Sends a mesh as a PLY file, and sets what PLY cannot hold: label, element numbers, matrix."""
         folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
@@ -294,7 +294,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; a new element (-1) gets 0, or -1 as its polygon."""
+    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; new elements (-1) get 0, their polygon is -1."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in in_meshlab:
@@ -304,7 +304,7 @@ def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
-    """The index of each element in the source file, by both numberings; None if `first` is None and `second` changes nothing."""
+    """Returns first[second], the elements' indices in the source file; None if `first` is None and `second` changes nothing."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)

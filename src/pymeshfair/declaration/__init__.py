@@ -293,7 +293,7 @@ def mesh_filter(
 
 
 def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
-    """Wraps a function so that it takes the fields of its groups one by one; returns a function without groups as it is."""
+    """Wraps a function so that it takes the fields of its groups one by one."""
     groups = {name: hint for name, hint in typing.get_type_hints(function).items() if name != "return" and _is_group(hint)}
     if not groups:
         return function
@@ -308,7 +308,6 @@ def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
 
 
 def _is_group(hint: Any) -> TypeGuard[type[Any]]:
-    """Whether the type of a parameter is a dataclass, whose fields are then parameters of the filter."""
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
@@ -372,7 +371,7 @@ def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: 
 
 
 def _words(annotated: Any) -> tuple[str, ...]:
-    """The words of a `Literal`, or of a union of `Literal` types."""
+    """The words of a `Literal`, or of a union of them."""
     if typing.get_origin(annotated) is Literal:
         return typing.get_args(annotated)
     return tuple(word for part in typing.get_args(annotated) for word in _words(part))

@@ -108,7 +108,7 @@ def read_header(path: Path) -> PlyHeader:
 
 
 def parse_header(data: bytes) -> PlyHeader:
-    """Parses the header at the beginning of some bytes."""
+    """Parses the header at the beginning of the bytes."""
     if not data.startswith(b"ply"):
         raise ContentsError("it does not begin with 'ply'")
     end = _END.search(data)

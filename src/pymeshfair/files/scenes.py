@@ -252,7 +252,7 @@ def rotation(axis: Floats, angle: float) -> Floats:
 
 
 def with_reversed_faces(part: MeshData) -> MeshData:
-    """Returns the part with its faces reversed."""
+    """Reverses the faces of a part."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
     turned = replace(part, faces=part.faces[:, [0, 2, 1]])
     return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})

@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`. Most error classes are also a `PyMeshLabException`.
+`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`.
 """
 
 import threading
@@ -48,7 +48,6 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
 
 @cache
 def _keeper() -> Any:
-    """Returns a mesh set that lives as long as the process."""
     keeper = BASE()
     keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
     return keeper
