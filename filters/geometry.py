@@ -351,7 +351,7 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
 
 
 class WalkableSurface(NamedTuple):
-    """A triangle mesh with the faces at every vertex, which let a walk go from a face to its neighbours."""
+    """A triangle mesh with the faces at every vertex."""
 
     points: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
@@ -360,7 +360,6 @@ class WalkableSurface(NamedTuple):
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "WalkableSurface":
-        """The surface of (n, 3) coordinates and (m, 3) triangles."""
         around = vertex_faces(faces, len(points))
         return cls(points, faces, around.offsets, np.ascontiguousarray(around.rows[:, 0]))
 

@@ -32,7 +32,7 @@ _SLICED_SHARE = 2
 _LARGEST_FLOOR = 1e-6
 #: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow bands more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
+#: Modes that are computed beyond the last requested one.
 _GUARD = 6
 _ROUNDS = 10_000  # the most bands
 _POLISHES = 3  # the most refinements of the modes of a band
@@ -41,7 +41,7 @@ BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
-#: Vectors added to the size at the first test, and ten times as many to the limit. They matter if few modes are wanted.
+#: Vectors added to the size at the first test, and ten times as many to the limit.
 _SMALL = 40
 #: Every so many blocks, the block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
 _RENEWAL = 2
@@ -64,8 +64,8 @@ def lowest_eigenpairs(
         constants: False leaves out the constant mode of every component; `count` then counts the others.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
             triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
-        progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
-            is half a second at 100,000 vertices, and grows with the mesh.
+        progress: called with the share that is done; may raise to stop. The longest time between two calls is half a second at
+            100,000 vertices, and grows with the mesh.
 
     Returns:
         kappa, (k,) ascending, in one over squared mesh units; and V, (n, k) Fortran-ordered, a mode per column. Both are the same
@@ -167,7 +167,7 @@ class _CheckedModes:
     """Orthonormal vectors, the first in the kernel, with Rayleigh quotients kappa and residuals |A x - kappa x| / kappa."""
 
     def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
-        """Measures the vectors; may overwrite them, and sets the first to the kernel."""
+        """May overwrite the vectors; sets the first to the kernel."""
         count = vectors.shape[1]
         self.vectors = np.asfortranarray(vectors)
         self.vectors[:, 0] = kernel
@@ -228,8 +228,8 @@ class OneHarmonic:
 
     values: Floats  # (n,) at the vertices; waves are 0 on all components but one; 0 at vertices without a triangle
     eigenvalue: float  # kappa, in one over squared mesh units
-    share_of_area: float  # the area of the components where the mode is not 0, as a share of the whole area
-    n_components: int  # the number of components of the surface
+    share_of_area: float  # of the components where the mode is not 0
+    n_components: int
 
 
 def one_harmonic(

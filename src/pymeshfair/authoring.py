@@ -44,9 +44,9 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """Makes an empty recipe. `comment` is the head of its script, and the first line of `comment` is the title."""
+        """Makes an empty recipe. `comment` is the head of its script; the first line is the title."""
         self.name = name  # for messages and the records of runs
-        self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
+        self.script = scripts.Script((), comment)
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
         self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
@@ -120,7 +120,7 @@ class Recipe(FilterMethods):
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Applies all steps to the current mesh of a mesh set, by its `apply_script`; limits are not checked."""
+        """Applies all steps to the current mesh of a mesh set; limits are not checked."""
         return meshes.apply_script(self.script)
 
     def run(self, input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> RunResult:
@@ -157,8 +157,8 @@ def run(
         input: the mesh file.
         output: the file to write; its extension is the format. ``OUTPUT.provenance.json`` beside it is the record of the run.
         settings: values that override settings of the recipe, by name.
-        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one such text.
-        others: mesh files for the layers 1, 2 ... that the recipe names; or one such file.
+        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one text.
+        others: mesh files for the layers 1, 2 ... that the recipe names; or one file.
         overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
@@ -166,8 +166,8 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`. A run that
-        fails raises a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
+        Measures before and after, warnings, the paths of the written files, and the `record` of the run. A run that fails raises
+        a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
     from .running import job, supervise
 

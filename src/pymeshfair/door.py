@@ -103,7 +103,6 @@ class Door:
         return list(self._ids), next((n for n, meshlab_id in self._ids.items() if meshlab_id == current), None), visible
 
     def fetch(self, number: int) -> MeshData:
-        """Reads the present mesh of a layer from MeshLab."""
         mesh = BASE.mesh(self._meshset, self._ids[number])
         current = BASE.current_mesh_id(self._meshset)
         BASE.set_current_mesh(self._meshset, mesh.id())
@@ -154,7 +153,7 @@ class Door:
                 getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
-        """The vertices, faces and edges of the current layer, to convert relative lengths."""
+        """The current layer, to convert relative lengths."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
@@ -217,7 +216,6 @@ class Door:
         )
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
-        """Reads the textures of a layer, which a step may have painted on."""
         names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
         textures, folder = [], self._new_folder()
         for number, (name, image) in enumerate(mesh.textures().items()):
@@ -328,7 +326,7 @@ def _suffix(texture: Texture) -> str:
 
 
 def _place_texture(texture: Texture, folder: Path, number: int) -> str:
-    """Writes or links a texture image to the folder of the PLY file; returns its plain name there."""
+    """Writes or links a texture image to a folder; returns its name there."""
     name = f"texture-{number}{_suffix(texture)}"
     target = folder / name
     if isinstance(texture.image, bytes):
@@ -380,7 +378,7 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """Reads a file of a format that only MeshLab's reader supports."""
+    """Reads a file with MeshLab's reader."""
     try:
         mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
     except MemoryError:

@@ -22,7 +22,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
-    """Applies a filter to a mesh set without adding it to MeshLab's own script; returns its report."""
+    """Applies a filter without adding it to MeshLab's own script; returns its report."""
     with MESHLAB:
         try:
             result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
@@ -54,15 +54,15 @@ def _keeper() -> Any:
 
 
 class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
-    """No filter, or no parameter of a filter, has this name; `suggestion` is the nearest name."""
+    """No filter, or no parameter of a filter, has this name."""
 
 
 class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]
-    """A filter does not take that value; the message has the allowed values."""
+    """A filter does not take that value."""
 
 
 class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
-    """A filter could not do its work; the message names the filter and the reason, ``__cause__`` is the filter's own error."""
+    """A filter could not do its work; ``__cause__`` is the filter's own error."""
 
 
 class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]

@@ -28,7 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: the tolerance for .3mf files, as a share of the diagonal; a random number in them makes their bytes differ each time
+#: the tolerance for .3mf files, as a share of the diagonal; they contain a random number
 _ROUNDING = 1e-6
 
 
@@ -91,7 +91,7 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it into a folder, under the name it had: OBJ files have that in them."""
+    """The changes since the run, or the plan to repeat it in a folder. The output has its old name, which OBJ files contain."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
@@ -140,7 +140,6 @@ def _compared(output: Path, record: Mapping[str, Any], plan: _Plan) -> Verificat
 
 
 def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Sentences on files that differ from their entries."""
     for path, entry in zip(paths, entries, strict=True):
         if not path.is_file():
             yield f"{path} is not there any more"
@@ -180,7 +179,7 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """The differences of two outputs that are larger than chance explains."""
+    """Sentences on differences above the tolerance."""
     for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if old != new:
             yield f"it had {old:,} {kind}, and has {new:,} now"

@@ -1,6 +1,6 @@
 """Plans runs by tiles: the steps that tiles allow, the rings of faces that steps read, the size of tiles, and the disk space.
 
-Formulas predict the bytes in memory and on the disk; ``benchmarks/scale.py`` measures these bytes.
+``benchmarks/scale.py`` measures the bytes in memory and on the disk that formulas here predict.
 """
 
 import inspect
@@ -17,14 +17,13 @@ from ..filters.mesh import Floats, Ints, Whole
 from ..scripts.script import Script, ScriptError
 
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
-#: MeshLab's own Taubin Smooth
+#: MeshLab's own
 MESHLAB = "apply_coord_taubin_smoothing"
 #: steps that select points of a cloud
 LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
 SURPLUS = "compute_selection_by_grid_per_vertex"
 #: the step that removes coincident points, except the first of them
 DUPLICATES = "meshing_remove_duplicate_vertices"
-#: the step that gives points normals
 POINT_NORMALS = "compute_normal_for_point_clouds"
 _ON_CLOUDS = (LOOP, STRAYS, SURPLUS, DUPLICATES, POINT_NORMALS)
 _DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
@@ -73,7 +72,6 @@ class PlannedStep:
 
     @property
     def is_on_cloud(self) -> bool:
-        """Returns whether the step is for clouds."""
         return self.filter in _ON_CLOUDS
 
     @property
@@ -146,9 +144,9 @@ def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
 class Filtering:
     """The parameters of normal filtering, none of them automatic."""
 
-    settings: denoising.NormalFilter  # the filter of the normals
-    vertex_iterations: int  # the number of steps of the vertices in a round
-    outer_iterations: int  # the number of rounds
+    settings: denoising.NormalFilter
+    vertex_iterations: int  # the steps of the vertices in a round
+    outer_iterations: int  # the rounds
     vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces that rounded coordinates form
@@ -170,7 +168,6 @@ def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
 
 
 def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the parameters that are not automatic."""
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
@@ -227,7 +224,7 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
 COMMAND, WORKER = 160_000_000, 280_000_000
 #: the least bytes that a worker has for tiles; if memory does not suffice for all processors, there are fewer workers
 LEAST = 60_000_000
-#: a tile is planned to take this share of the bytes that a worker has for tiles; the rest is for errors of the prediction
+#: a tile is planned to take this share of the bytes that a worker has for tiles, since predictions have errors
 SHARE = 0.85
 
 
@@ -235,8 +232,8 @@ SHARE = 0.85
 class Budget:
     """Workers and their memory."""
 
-    workers: int  # processes
-    threads: int  # threads of each worker
+    workers: int
+    threads: int  # of each worker
     tile: int  # bytes that a tile may take in each worker
 
 

@@ -39,7 +39,7 @@ from ..scripts.script import Script
 MOST_VERTICES, PART = 200_000, 50_000
 #: the side of the cube for coordinates (see `pack_scene`), in longest sides of the scan; results may be larger than the scan
 _ROOM = 1.5
-#: if a file with this name appears in the folder of a run, the run stops
+#: a run stops if a file with this name appears in its folder
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
@@ -51,8 +51,8 @@ class Scan:
     """The scan of the tuning page."""
 
     path: Path
-    vertices: int  # the number of vertices
-    diagonal: float  # the diagonal of the bounding box, in mesh units
+    vertices: int
+    diagonal: float  # of the bounding box, in mesh units
     mean_edge: float  # the mean edge length, or for a cloud the mean distance to the nearest point, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
@@ -137,7 +137,7 @@ class Bench:
 
 
 def _stoppable(stage: Path) -> Callable[[Event], None]:
-    """Returns a function that reports events, and raises `Stopped` at the first event after the file `STOP` was made."""
+    """Returns a function that reports events, and raises `Stopped` once the file `STOP` exists."""
 
     def report_event(event: Event) -> None:
         if (stage / STOP).exists():
@@ -173,7 +173,6 @@ class Workshop:
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """Returns the measures and the mesh of the scan."""
         async with self._lock:
             await self._stop()
             return await self._result("opening")
@@ -197,18 +196,16 @@ class Workshop:
             return self._task
 
     async def stop(self) -> None:
-        """Stops the current run."""
         async with self._lock:
             await self._stop()
 
     async def close(self) -> None:
-        """Stops the current run, and ends the process."""
         async with self._lock:
             await self._stop()
             await self._end_process()
 
     async def _stop(self) -> None:
-        """Stops the current run; kills the process if the run does not stop in time."""
+        """Stops the current run, or kills the process if the run does not stop in time."""
         task, self._task = self._task, None
         if task is None or task.done():
             return

@@ -35,9 +35,9 @@ def check_growable(mesh: Any) -> None:
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
     """Adds vertices and faces to the current layer, which has no transformation matrix and has passed `check_growable`.
 
-    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets positions and selection. Texture
-    coordinates of the seed change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible
-    seeds, at least one face. Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
+    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
+    change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible seeds, at least one face.
+    Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Restores the number of vertices and the faces after a complete or partial `grow`; takes the old `vertices` and `faces`."""
+    """Restores the old number of `vertices` and the old `faces` after a complete or partial `grow`."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -87,7 +87,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
-    """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
+    """Returns the seed, if possible a triangle outside polygons, and whether polygons were triangulated."""
     # No edge has length 0 now, so these total lengths are equal only without polygons. A list of polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
@@ -120,5 +120,4 @@ def _subdivisions(vertices: int, faces: int) -> int:
 
 
 def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
-    """Moves vertex i to (target[i], 0, 0)."""
     bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

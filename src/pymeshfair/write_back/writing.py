@@ -1,7 +1,4 @@
-"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly.
-
-If adding elements to a layer fails or is interrupted, the layer is restored.
-"""
+"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly."""
 
 import tempfile
 from collections.abc import Callable, Iterator
@@ -70,7 +67,7 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restores the current layer; returns the names of the lost data."""
+        """Restores the layer; returns the names of the lost data."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -297,7 +294,7 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
-    """Writes the values of a kind, "normal" or "scalar", to vertices or faces."""
+    """Writes values of a kind, "normal" or "scalar"."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
@@ -327,7 +324,7 @@ def _channels(mesh: Any, element: Element) -> Floats:
 
 
 def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
-    """Sets the selection of vertices or faces of the current layer."""
+    """Sets the selection of vertices or faces."""
     name = f"{element}_selection"
     if np.array_equal(read_array(mesh, name), selection):
         return
