@@ -29,8 +29,8 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 class Trial(Generic[Label]):
     """One candidate and its score."""
 
-    label: Label  # names the candidate
-    error: float  # root mean square of its deviations at the held-out vertices, in mean edges, see `scores_of`
+    label: Label
+    error: float  # root mean square of its deviations at the held-out vertices, in mean edges
     excess: float  # its mean square minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
@@ -68,7 +68,7 @@ class Scores(NamedTuple):
 
 
 def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | float = 0.0) -> Scores:
-    """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
+    """Scores k candidates by (k, h) deviations r at h held-out vertices, in mean edges.
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
     (h, c) indices `near`, each vertex has its own m: the median of this candidate's |r| over its row of `near`. Clipping limits

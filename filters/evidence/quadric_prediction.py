@@ -97,7 +97,7 @@ def _find_medians(
 
 @compiled(nogil=True)
 def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
-    """Writes the vertices of two rings around i that are not ignored into `around`, marks visits in `seen`, returns the count."""
+    """Writes the vertices of two rings around i that are not ignored into `around`; returns their count."""
     offsets, neighbours, _ = rings
     count = 0
     seen[i] = i
@@ -182,7 +182,7 @@ def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0. Any such pair gives the same fit of a quadric."""
+    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0."""
     # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y

@@ -37,7 +37,7 @@ class FairedRegion:
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
         last_correction: the largest displacement of a vertex in the last correction of the solution, as a share of the
             diagonal of the region with its rings: an upper bound of the error of the solution.
-        refinements: the number of corrections after the first solution.
+        refinements: the number of corrections.
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
@@ -129,7 +129,7 @@ def fair_region(
 
 
 class _System(NamedTuple):
-    """The equations (S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
+    """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix  # S, (n, n)
     columns: sparse.csr_matrix  # (n, f) the columns of the free vertices
@@ -270,7 +270,7 @@ class SurfaceOperator(NamedTuple):
 
 
 def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
-    """The operator of `surface_laplacian`, with a lower bound on the masses."""
+    """`surface_laplacian` with a lower bound on the masses."""
     laplacian = surface_laplacian(points, faces)
     np.negative(laplacian.stiffness.data, out=laplacian.stiffness.data)
     return SurfaceOperator(laplacian.stiffness, _floored(laplacian.mass, faces))

@@ -86,7 +86,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
+    """Returns (n,) the root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])

@@ -167,7 +167,7 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
 
 #: Rows in a block. Each block has a sum of its own, so that the number of threads changes no bit.
 _BLOCK = 4096
-#: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
+#: A pass is so short that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
 #: Largest number of iterations for an eigenvalue; two are usual.
 _MOST_ITERATIONS = 60

@@ -20,7 +20,7 @@ _ALL = (1 << 63) - 1  # bytes; the largest memory limit that a system accepts
 
 @dataclass(frozen=True)
 class System:
-    """Features of the system that a process runs on."""
+    """Features of the system."""
 
     is_posix: bool  # Linux or macOS
 
@@ -70,7 +70,7 @@ class System:
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
     def usable_memory(self) -> int | None:
-        """The bytes of memory that a worker may use, so that a hostile file only stops its own run; None if unknown."""
+        """The bytes that a worker may use, so that a hostile file only stops its own run; None if unknown."""
         try:
             total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         except (AttributeError, ValueError, OSError):

@@ -30,7 +30,7 @@ TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "remesh", "change th
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """The parsed comment at the head of a recipe: a title, and optional paragraphs that begin with one of `KEYWORDS`."""
+    """The comment at the head of a recipe: a title, and optional paragraphs that begin with one of `KEYWORDS`."""
 
     title: str = ""  # the first line
     purpose: str = ""  # ``For:``, the scans that the recipe is for
@@ -43,7 +43,7 @@ class RecipeInfo:
 
     @property
     def measure(self) -> str:
-        """The first word of `judged`, the measure by which the recipe is judged; may be empty."""
+        """The first word of `judged`; may be empty."""
         return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
 
     @property

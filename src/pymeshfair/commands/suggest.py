@@ -22,7 +22,7 @@ FILTER = "apply_coord_normal_filtering"
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6
-#: the smoothers that are compared: the name that is shown, and the text of the amount
+#: the smoothers that are compared: the name and the amount as shown
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
     "normal_filtering": ("normal filtering as above", ""),
@@ -207,7 +207,6 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
 
 
 def _smoother_lines(values: dict[str, Any]) -> list[str]:
-    """Lines about the compared smoothers, the least error first, each with its best parameter."""
     compared = values.get("smoothers", [])
     if not compared:
         return []

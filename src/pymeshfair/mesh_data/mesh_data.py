@@ -44,9 +44,9 @@ class Source:
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
     #: images that its materials name besides textures; only a file of the same format can keep them
     images: tuple[Texture, ...] = ()
-    vertices: int = 0  # the number of its vertices
+    vertices: int = 0  # their number
     faces: int = 0  # the number of triangles that its faces make
-    edges: int = 0  # the number of edges of its polylines
+    edges: int = 0  # of its polylines
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,7 +66,7 @@ class MeshData:
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
-        unit: the unit of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        unit: of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.
         vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None: all vertices in the source's order.
         face_ids: (m,) the same for the triangles.

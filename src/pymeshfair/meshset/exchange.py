@@ -34,11 +34,11 @@ class Arrays:
     faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))  # (m, 3) triangles
     edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that belong to no face
     normals: Floats | None = None  # (n, 3) of the vertices; None to compute them from the faces
-    colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
-    face_colors: Floats | None = None  # (m, 4), or None
-    uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
-    of_vertices: Values = field(default_factory=dict)  # by name, each (n,) or (n, 3)
-    of_faces: Values = field(default_factory=dict)  # by name, each (m,) or (m, 3)
+    colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1
+    face_colors: Floats | None = None  # (m, 4)
+    uv: Floats | None = None  # (n, 2) texture coordinates of the vertices
+    of_vertices: Values = field(default_factory=dict)  # each (n,) or (n, 3)
+    of_faces: Values = field(default_factory=dict)  # each (m,) or (m, 3)
     lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
     def omit(self, reason: str, **contents: Any) -> None:
@@ -267,7 +267,7 @@ def _of_trimesh(mesh: Any) -> Arrays:
 
 
 def _polylines(path: Any, points: Floats) -> tuple[Floats, Ints]:
-    """Returns vertices and edges of a Path with curves, which trimesh divides into short edges; equal ends become one vertex."""
+    """Returns vertices and edges of a Path with curves, divided into short edges; equal ends become one vertex."""
     runs = [run for entity in path.entities if len(run := entity.discrete(points, scale=path.scale))]
     places = np.concatenate(runs)
     starts = np.delete(np.arange(len(places)), np.cumsum([len(run) for run in runs]) - 1)
@@ -316,7 +316,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of these names and one of these numbers of columns; None if there is none."""
+    """Removes and returns the first array with one of these names and numbers of columns; None if there is none."""
     name = next((n for n, a in values.items() if n.lower() in names and a.ndim == 2 and a.shape[1] in columns), None)
     return None if name is None else values.pop(name)
 

@@ -25,7 +25,6 @@ else:
 #: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object of these classes.
 LengthLike: TypeAlias = str | Length | classes.PercentageValue | classes.PureValue
 
-#: A point, a matrix and a colour.
 PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
@@ -33,7 +32,6 @@ ColorLike: TypeAlias = Sequence[int] | classes.Color
 #: by parameter type, the types that a method takes; the function of a filter receives `Parameter.python_type`
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
-#: the documentation of MeshLab's filters
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 

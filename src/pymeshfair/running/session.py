@@ -86,7 +86,7 @@ class Session:
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
         """The paths of the job must be absolute; new files are written to the folder `new` of the staging folder."""
-        self.warnings: list[str] = []  # the warnings so far
+        self.warnings: list[str] = []
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
@@ -228,7 +228,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files and return the report; if a guard is broken, stage the output only with `Job.keep_broken`."""
+        """Stage the files; if a guard is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
@@ -297,7 +297,7 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Write the files to the staging folder; return the output's entry in the provenance record, and the staged files."""
+        """Stage the files; return the output's entry in the provenance record, and the files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)

@@ -37,7 +37,7 @@ class Verification:
     """The result of `verify_output`."""
 
     verdict: Verdict
-    findings: tuple[str, ...] = ()  # sentences that say what differs, and where
+    findings: tuple[str, ...] = ()  # sentences on what differs, and where
     notes: tuple[str, ...] = ()  # sentences on changes that made no difference
 
 
@@ -52,7 +52,7 @@ def verify_output(
     on_event: Callable[[Event], None] = lambda event: None,
     by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
-    """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
+    """Check an output against the provenance beside it, repeat the run, and compare the outputs.
 
     The provenance may come from a stranger. So the recipe in the provenance must equal the shipped recipe or the recipe's file,
     unless `recorded` is True. `allow_outside` and `unchecked`, which weaken the checks of a run, must be given again.

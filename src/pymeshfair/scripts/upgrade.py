@@ -1,7 +1,7 @@
 """Brings a script of an older MeshLab up to date, by the table of facts about former filters and parameters.
 
-Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay as they are, and are
-refused as in any other script. Upgrading an upgraded script changes nothing.
+Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay, and are refused as in
+any other script.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

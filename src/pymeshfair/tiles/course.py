@@ -1,4 +1,4 @@
-"""Runs a recipe by tiles, parts that fit into memory: checks the job, does its steps by tiles, writes the output by slices."""
+"""Runs a recipe by tiles, parts that fit into memory."""
 
 import shutil
 import time

@@ -320,7 +320,7 @@ class StrayTiles(PointTiles):
 
 
 class NormalTiles(PointTiles):
-    """The tasks of the filter Compute normals for point sets; the results are the normals.
+    """The tasks of the filter Compute normals for point sets.
 
     Normals are oriented towards a view point, or consistently along minimum spanning trees, first within each tile and then
     across tiles. Apart from their signs, normals have the same bits for any division into tiles.
@@ -399,7 +399,7 @@ class NormalTiles(PointTiles):
         np.savez(self.saved(first), parts=names, ups=ups, pairs=pairs, votes=votes)
 
     def across(self, tiles: Ranges) -> Longs:
-        """Returns the parts to flip, ascending, so that connected parts agree, and the sum of their normals points up."""
+        """Returns the parts to flip, ascending: connected parts then agree, and the sum of their normals points up."""
         parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # a pair may occur in both orders

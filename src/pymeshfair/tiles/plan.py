@@ -1,4 +1,4 @@
-"""Plans runs by tiles: the steps that tiles allow, the rings of faces that steps read, the size of tiles, and the disk space.
+"""Plans runs by tiles: the steps that tiles allow, the rings that steps read, the size of tiles, and the disk space.
 
 ``benchmarks/scale.py`` measures the bytes in memory and on the disk that formulas here predict.
 """
@@ -63,7 +63,7 @@ _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, 
 
 @dataclass(frozen=True)
 class PlannedStep:
-    """A step by tiles: it selects points of a cloud, computes their normals, or moves the vertices of a mesh."""
+    """A step by tiles."""
 
     step: int  # its number, from 1
     filter: str  # the Python name

@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns a part with about `count` vertices: those nearest to the highest vertex (in z) that is near the median x and y."""
+    """Returns about `count` vertices: those nearest to the highest vertex (in z) that is near the median x and y."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
@@ -109,7 +109,7 @@ class Bench:
         return {"warnings": session.warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
-        """Returns the numbers of the last result, and its mesh with distances as colours."""
+        """Measures the last result; returns also its mesh with distances as colours."""
         assert self._result is not None
         mesh, shown = self._result
         report_event = _stoppable(stage)
@@ -152,7 +152,7 @@ _bench = cache(Bench)
 
 
 def at_bench(scan: Scan, work: str, *arguments: Any) -> Result:
-    """Calls a method of the bench of a scan: the task of the worker process."""
+    """Calls a method of the bench of a scan."""
     result: Result = getattr(_bench(scan.path, scan.part), work)(*arguments)
     return result
 

@@ -1,4 +1,4 @@
-"""Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters, since no single filter does it.
+"""Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters.
 
 Subdivision makes vertices and faces; merging coincident vertices joins the corners of faces. So one face, the seed, is cut out
 and subdivided into enough faces, and these faces are cut apart. Each vertex that is to become vertex i moves to (i, 0, 0), and
@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to divide the seed for `vertices` usable vertices and `faces` faces with all corners made by cutting."""
+    """Returns how often to divide the seed: enough for `vertices` and for `faces` whose corners are all made by cutting."""
     times = 1
     while True:
         side = 2**times

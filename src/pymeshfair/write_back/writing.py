@@ -57,7 +57,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
 
 
 class _Before:
-    """Copies of the arrays that adding elements changes, read while the layer has no transformation matrix."""
+    """Copies of the arrays that adding elements changes."""
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
@@ -222,7 +222,7 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """Returns the image of a mesh with one texture; with several textures, pymeshlab does not give the texture of each face."""
+    """Returns the image of a mesh with one texture; with several, pymeshlab does not give the texture of each face."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
@@ -338,5 +338,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raises `MeshError` unless the array `name` of the mesh, named as in `Layer`, is exactly `wanted`."""
+    """Raises `MeshError` unless the array of the mesh, named as in `Layer`, is exactly `wanted`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")
