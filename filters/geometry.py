@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, scaled before they are squared if the longest square would overflow or underflow."""
+    """(e,) the lengths of (e, 2) edges, even if the longest square overflows or underflows."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, scaled before they are squared if the longest square would overflow or underflow."""
+    """(n,) the lengths of (n, 3) vectors, even if the longest square overflows or underflows."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:

@@ -198,8 +198,8 @@ def weigh(
 def exponential(x: float) -> float:
     """Returns exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for smaller x.
 
-    It computes 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. Loops over it are
-    vectorised, since it has no branches and no calls; the bits are the same on all processors.
+    It computes 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2. Loops over it are vectorised, since it has no
+    branches and no calls; the bits are the same on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE

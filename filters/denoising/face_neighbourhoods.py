@@ -83,7 +83,7 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns, for each of the m faces, the sum of the distances from its centre to its neighbours' centres."""
+    """Returns (m,) the sum of the distances from each face's centre to its neighbours' centres."""
     sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], *edge_neighbours, sums)
     return sums
@@ -93,8 +93,8 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 class Adjacency:
     """The face neighbourhoods of a mesh, shared by all filter passes on meshes with the same faces."""
 
-    # None, or (n,) a permutation: point i here is point ``places[i]`` of the normalised mesh. The permutation puts neighbours
-    # near each other in memory and changes no result.
+    # None, or (n,) a permutation that puts neighbours near each other in memory: point i here is point ``places[i]`` of the
+    # normalised mesh.
     places: Ints | None
     faces: Ints  # (m, 3) the triangles, as indices of the permuted points
     at_vertices: VertexFaces  # the faces at each permuted point, in the order of the faces of the mesh

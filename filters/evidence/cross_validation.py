@@ -96,9 +96,9 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Returns a function from the indices of held-out vertices to (n, 3) points with these vertices at predicted positions.
 
-    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric fitted to its two rings of
-    neighbours. The prediction with smaller errors on the (n,) `scored` vertices is used; with `by_means`, always the mean. The
-    (n, 3) points have a mean edge of 1, the (n, 3) unit normals are smoothed.
+    A vertex is predicted by the mean of its neighbours or by the quadric fitted to its two rings, whichever has smaller errors on
+    the (n,) `scored` vertices; with `by_means`, always by the mean. The (n, 3) points have a mean edge of 1, the (n, 3) unit
+    normals are smoothed.
     """
     rings, indices = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:

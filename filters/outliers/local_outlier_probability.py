@@ -62,7 +62,7 @@ def local_outlier_probability(
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
-    """Returns (n,) PLOF, see `local_outlier_probability`: at least -1, above 0 for a point farther out than its neighbours."""
+    """Returns (n,) PLOF, see `local_outlier_probability`: at least -1."""
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
     distances: Floats = np.empty(tree.size)
@@ -126,7 +126,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers. All are rounded to multiples of one tiny number, so the order does not matter."""
+    """Returns the sum of numbers >= 0, rounded to multiples of one tiny number so that their order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

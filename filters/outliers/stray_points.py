@@ -141,9 +141,9 @@ def linked_to(links: Ints, chosen: Bools) -> Longs:
 
 
 def linked_parts(links: Ints, chosen: Bools) -> Longs:
-    """Returns (m,) the part of each of m points, named by its lowest row; (m, k) links between chosen points join parts.
+    """Returns (m,) the part of each of m points, named by its lowest row.
 
-    Links to rows from m on join nothing.
+    The (m, k) links join parts if both ends are chosen and among the m points.
     """
     parents: Longs = np.arange(len(links))
     _unite(links, chosen, parents)

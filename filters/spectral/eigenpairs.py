@@ -54,9 +54,9 @@ def lowest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Computes the `count` lowest modes: S v = kappa M v with V^T M V = I.
 
-    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix; both find
-    all eigenvalues. The first mode of a component is a positive constant with kappa 0. Every other mode has the sign that
-    makes its inner product with one fixed random vector positive.
+    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix. The first
+    mode of a component is a positive constant with kappa 0. Every other mode has the sign that makes its inner product with one
+    fixed random vector positive.
 
     Args:
         problem: S, M and the components, n rows.
@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Earlier modes at the edge of their band contain a little of the new modes: make the new orthogonal to the earlier modes.
+        # Earlier modes at the edge of their band contain a little of the new modes.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
@@ -399,7 +399,7 @@ def modes_near(
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * count + _SMALL)))
-        # Nearly all overlap is with the last two blocks. Without it one pass over the whole basis is exact.
+        # Nearly all overlap is with the last two blocks. Once it is removed, one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)

@@ -40,7 +40,7 @@ class UnknownNameError(PymeshfairError, LookupError):
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
-        self.suggestion = suggestion  # the most similar existing name, or None
+        self.suggestion = suggestion  # the most similar existing name
         self.cause = cause  # the plugins that failed to load, one of which may declare the filter; None if there are none
 
 
@@ -49,7 +49,7 @@ class ParameterError(PymeshfairError, ValueError):
 
 
 class MissingExtraError(PymeshfairError, ImportError):
-    """A package of an extra of pymeshfair is not installed."""
+    """A package of an extra is not installed."""
 
 
 def missing_package(package: str, extra: str) -> str:
@@ -128,7 +128,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
 
     @property
     def signal(self) -> str | None:
-        """The name of the signal that ended the worker, such as ``"SIGSEGV"``, or None."""
+        """The signal that ended the worker, such as ``"SIGSEGV"``, or None."""
         if self.status >= 0:
             return None
         try:

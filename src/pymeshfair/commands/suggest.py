@@ -89,7 +89,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise that `FILTER` found: `drift` includes impulses, the trait hardly does."""
+    """The traits, with the noise that `FILTER` found: its `drift` includes impulses, the trait ``noise`` hardly does."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])

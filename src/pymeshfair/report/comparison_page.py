@@ -115,7 +115,7 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
-    """Returns the report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
+    """Returns the report of a run as the bytes of an HTML file; `record` is the provenance document."""
     compared = compare(state_of(input), state_of(output))
     comparison = replace(compared.comparison, displacement=None)  # the record has the exact one; the file has rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
@@ -123,7 +123,7 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
     names = {key: path.name for key, path in paths.items()}
     provenance = json.dumps(record, indent=2, ensure_ascii=False)
     for folder in (*(path.parent for path in paths.values()), Path.cwd()):
-        # The page does not show the folders of this machine.
+        # Folders of this machine are not shown.
         provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
     return comparison_page(
         replace(compared, comparison=comparison),

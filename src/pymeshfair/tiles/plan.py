@@ -17,7 +17,7 @@ from ..filters.mesh import Floats, Ints, Whole
 from ..scripts.script import Script, ScriptError
 
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
-#: MeshLab's own
+#: MeshLab's own Taubin Smooth
 MESHLAB = "apply_coord_taubin_smoothing"
 #: steps that select points of a cloud
 LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
@@ -67,7 +67,7 @@ class PlannedStep:
 
     step: int  # its number, from 1
     filter: str  # the Python name
-    values: Mapping[str, Any]  # the values of its parameters
+    values: Mapping[str, Any]
     deletes: bool = False  # whether the points found are deleted, by `DUPLICATES` itself or by the step after a selection
 
     @property
@@ -111,7 +111,7 @@ def _refusal(script: Script, number: int, why: str) -> ScriptError:
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """Returns why a filter, given by its Python name and all its values, cannot be done by tiles; None if it can."""
+    """Returns why a filter with these values cannot be done by tiles; None if it can."""
     if filter == POINT_NORMALS and values["k"] < 3:
         return "computes normals from fewer than three points"
     if filter == SURPLUS and values["side"].unit == "edge":
@@ -203,7 +203,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """Returns how many rings of faces around each vertex a step reads, if it is explicit smoothing or one of Taubin's filters."""
+    """Returns how many rings of faces around each vertex explicit smoothing or one of Taubin's filters reads."""
     if step.filter == MESHLAB:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
@@ -234,7 +234,7 @@ class Budget:
 
     workers: int
     threads: int  # of each worker
-    tile: int  # bytes that a tile may take in each worker
+    tile: int  # bytes that a tile may take
 
 
 def budget(memory: int, processors: int) -> Budget:
