@@ -35,7 +35,7 @@ KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
 #: The weight 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a finite weight.
 SMALLEST_DEVIATION = 1e-6
-#: The same codes as constants.
+#: `KERNEL_CODES` as constants.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
 #: Hampel's a1, a2, a3 in sigmas: psi is x up to a1, constant up to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
 A1, A2, A3 = 1.0, 2.0, 4.0

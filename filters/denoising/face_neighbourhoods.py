@@ -15,8 +15,8 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge", "vertex": faces that share an edge or a vertex. "two_ring", "three_ring": faces within two or three steps between
-#: faces that share a vertex. "radius": faces that such steps reach without leaving a ball around the face's centre; the centre of
-#: a face must lie in the ball. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: faces that share a vertex. "radius": faces that such steps reach, with all centres on the way in a ball around the face's
+#: centre. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.

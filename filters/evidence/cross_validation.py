@@ -122,7 +122,7 @@ def cross_validate(
     """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
     After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. Once all candidates but the best are that much worse, it skips the remaining sets.
+    which should do nothing, always stays. Once all candidates but the best are that much worse, the remaining sets are skipped.
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
     `scores_of`. `run` takes a set and returns the results of the candidates. Results and `labels` are grouped by

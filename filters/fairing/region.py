@@ -1,4 +1,4 @@
-"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; fills in colours."""
+"""Minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours."""
 
 from __future__ import annotations
 
@@ -302,7 +302,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """Returns the masses, each above 0 and at least `_LEAST_MASS` times the largest mass next to it."""
+    """Bounds the masses from below, see `_LEAST_MASS`."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))

@@ -384,8 +384,8 @@ def modes_near(
     improves the Ritz vectors; it needs no solve, because the basis and the block after it span the result. The residual in A is
     then the Ritz residual of the inverse times (kappa - shift)^2.
 
-    Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues and orthonormal modes, which are
-    orthogonal to the `locked` ones.
+    Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues, and orthonormal modes orthogonal to the
+    `locked` ones.
     """
     n, count = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK

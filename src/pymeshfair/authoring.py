@@ -66,7 +66,7 @@ class Recipe(FilterMethods):
         Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         declared = registry.find_filter(filter_name)
-        # what 100 % is, a filter of MeshLab says only on a mesh
+        # a filter of MeshLab says only on a mesh which length 100 % is
         kinds = ("PureValue",) if declared.is_builtin else ("PureValue", "PercentageValue")
         values = {n: builtin_filters.as_length(v) if type(v).__name__ in kinds else v for n, v in kwargs.items()}
         self.script = changing.with_step(self.script, declared, values)

@@ -44,9 +44,9 @@ class Source:
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
     #: images that its materials name besides textures; only a file of the same format can keep them
     images: tuple[Texture, ...] = ()
-    vertices: int = 0  # their number
+    vertices: int = 0  # the number of its vertices
     faces: int = 0  # the number of triangles that its faces make
-    edges: int = 0  # of its polylines
+    edges: int = 0  # the number of edges of its polylines
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

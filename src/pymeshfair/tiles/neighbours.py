@@ -158,7 +158,7 @@ class PointTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the results: a tile's lie in the rows of its slots, sorted by the numbers of its points."""
+        """Returns the results. Those of a tile lie in the rows of its slots, sorted by the numbers of its points."""
         return Results(Column(self.cells.folder / "results", *self.result))
 
     @property
@@ -323,7 +323,7 @@ class NormalTiles(PointTiles):
     """The tasks of the filter Compute normals for point sets.
 
     Normals are oriented towards a view point, or consistently along minimum spanning trees, first within each tile and then
-    across tiles. Apart from their signs, normals have the same bits for any division into tiles.
+    across tiles. Apart from signs, normals have the same bits for any division into tiles, since links are sorted by number.
     """
 
     result = "<f8", 3

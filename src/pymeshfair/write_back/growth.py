@@ -35,9 +35,9 @@ def check_growable(mesh: Any) -> None:
 def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed: Bools) -> tuple[int, bool]:
     """Adds vertices and faces to the current layer, which has no transformation matrix and has passed `check_growable`.
 
-    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets both. Texture coordinates of the seed
-    change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible seeds, at least one face.
-    Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
+    Afterwards vertex i is at (i, 0, 0) and the selection of faces is lost; the caller sets positions and selection. Texture
+    coordinates of the seed change; new faces have its texture. `vertices` is the number added; `may_seed` marks the possible
+    seeds, at least one face. Returns the seed, and whether polygons were triangulated, because no triangle could be the seed.
     """
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided

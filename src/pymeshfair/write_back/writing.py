@@ -57,7 +57,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
 
 
 class _Before:
-    """Copies of the arrays that adding elements changes."""
+    """Copies of the arrays that adding elements changes, read while the layer has no transformation matrix."""
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
