@@ -95,7 +95,7 @@ def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, f
 def angles_between(first: Floats, second: Floats) -> Floats:
     """(k,) the angles between two sets of (k, 3) vectors of any length, in radians from 0 to pi; 0 if one vector is 0.
 
-    The arc tangent gives them, because the arc cosine loses digits of small angles.
+    The arc cosine would lose digits of small angles.
     """
     sines = np.linalg.norm(np.cross(first, second), axis=1)
     return np.asarray(np.arctan2(sines, np.einsum("ij,ij->i", first, second)))
@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, scaled before they are squared if the longest square would overflow or underflow."""
+    """(e,) the lengths of (e, 2) edges, even if the longest square overflows or underflows."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, scaled before they are squared if the longest square would overflow or underflow."""
+    """(n,) the lengths of (n, 3) vectors, even if the longest square overflows or underflows."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -176,7 +176,7 @@ def closest_weights(
     s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
     if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
         return s / determinant, t / determinant
-    # Each edge has a nearest point; the result is the nearest of the three.
+    # The nearest of the three points that are nearest on the edges.
     s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
     t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
     ww = uu - 2.0 * uv + vv
@@ -351,7 +351,7 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
 
 
 class WalkableSurface(NamedTuple):
-    """A triangle mesh with the faces at every vertex, which let a walk go from a face to its neighbours."""
+    """A triangle mesh with the faces at every vertex."""
 
     points: Floats  # (n, 3) coordinates
     faces: Ints  # (m, 3) triangles
@@ -360,12 +360,11 @@ class WalkableSurface(NamedTuple):
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "WalkableSurface":
-        """The surface of (n, 3) coordinates and (m, 3) triangles."""
         around = vertex_faces(faces, len(points))
         return cls(points, faces, around.offsets, np.ascontiguousarray(around.rows[:, 0]))
 
     def first_faces(self) -> Ints:
-        """(n,) int32 the face of lowest index at every vertex, where a walk may start; 0 at vertices without a face."""
+        """(n,) int32 the face of lowest index at every vertex; 0 at vertices without a face."""
         has_faces = np.diff(self.offsets) > 0
         first = np.zeros(len(self.points), dtype=np.int32)
         first[has_faces] = self.around[self.offsets[:-1][has_faces]]

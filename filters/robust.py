@@ -35,7 +35,7 @@ KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
 #: The weight 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a finite weight.
 SMALLEST_DEVIATION = 1e-6
-#: The codes of the kernels as constants of compiled functions.
+#: `KERNEL_CODES` as constants.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
 #: Hampel's a1, a2, a3 in sigmas: psi is x up to a1, constant up to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
 A1, A2, A3 = 1.0, 2.0, 4.0
@@ -148,7 +148,7 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-# Each kernel needs its own function, since several loops in one function are not vectorised.
+# One function for each kernel: several loops in one function are not vectorised.
 def _loop(code: int) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
     @compiled(nogil=True, error_model="numpy")
     def loop(
@@ -170,9 +170,9 @@ _by_huber, _by_lorentzian, _by_gaussian, _by_tukey, _by_hampel = map(_loop, (HUB
 def weigh(
     weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
 ) -> None:
-    """Multiplies the first `count` weights by g(max(|x|, floor)) exp(-d c), as a bilateral filter with squared distances d needs.
+    """Multiplies the first `count` weights by g(max(|x|, floor)) exp(-d c).
 
-    g is the kernel of `code` with the scale `sigma`, the `squares` are x^2, and c is `per_distance`; d and c are at least 0.
+    g is the kernel of `code` with the scale `sigma`, `squares` are x^2, `distances` the squared distances d, `per_distance` is c.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)
@@ -198,8 +198,8 @@ def weigh(
 def exponential(x: float) -> float:
     """Returns exp(x) with a relative error below 2^-51, for x from -708 to 709; 0 for smaller x.
 
-    It computes 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2, by a series of 14 terms. Loops over it are
-    vectorised, since it has no branches and no calls; the bits are the same on all processors.
+    It computes 2^k exp(x - k ln 2) with the whole number k nearest to x / ln 2. Loops over it are vectorised, since it has no
+    branches and no calls; the bits are the same on all processors.
     """
     rounded = x * _PER_LN2 + _WHOLE
     k = rounded - _WHOLE
@@ -227,8 +227,8 @@ def exponential(x: float) -> float:
 _MEDIAN_TO_DEVIATION = 1.4826022185056018
 
 #: The sigma, in standard deviations of the noise, for which the robust mean of normally distributed samples has 95 % of the
-#: efficiency of the plain mean. "truncated_l1" cannot reach 95 % and has the sigma of "truncated_l2"; "hampel" has Hampel's a1,
-#: which is 2; "l2" and "l1" do not depend on sigma.
+#: efficiency of the plain mean. "truncated_l1" cannot reach 95 % and has the sigma of "truncated_l2"; "hampel" has Hampel's a1.
+#: "l2" and "l1" do not depend on sigma.
 SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )

@@ -67,10 +67,9 @@ def chosen_projection(
 ) -> Choice[Projection] | None:
     """Chooses the setting of `bilateral_projection` that best predicts held-out points along the normals.
 
-    A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out, see `CloudSample.without`
-    and `cross_validate`. Among the settings within one standard error of the best, the one with the least `Projection.amount`
-    wins. If residuals of neighbours correlate, doing nothing wins instead, unless the smoothed points are probably nearer to the
-    true surface than the given points are. The noise of the given points is estimated from that of the calmest part.
+    A cloud counts as clean if its calmest part has hardly any noise. Four sets of points are held out. Among the settings within
+    one standard error of the best, the one with the least `Projection.amount` wins. If residuals of neighbours correlate, doing
+    nothing wins instead, unless the smoothed points are probably nearer to the true surface than the given points.
 
     The arguments are those of `bilateral_projection`. A given range sigma is the only one tried. Fixed points are never held out,
     `seed` selects the held-out points, and `progress` is called while settings are tried.
@@ -152,7 +151,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
 
 
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
-    """Returns a family of settings, by ascending iterations, for each number of neighbours and range sigma."""
+    """Returns a family, by ascending iterations, for each number of neighbours and range sigma."""
     families = []
     for degree, (counts, shares, iterations) in _TRIED.items():
         for neighbors in (k for k in counts if k < len(points)):
@@ -171,7 +170,7 @@ class CloudSample:
 
     points: Floats  # (k, 3) coordinates
     inner: Bools  # (k,) which points may be held out: they are movable, and their neighbourhoods are nearly complete
-    normals: Floats  # (k, 3) unit normals of a smoothed copy, of any sign
+    normals: Floats  # (k, 3) unit normals of a smoothed copy, which may point to either side
 
     @cached_property
     def pairs(self) -> Ints:
@@ -194,8 +193,8 @@ class CloudSample:
     def correlation(self) -> float:
         """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
 
-        It is the sum of s_i s_j over the pairs of neighbours there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
-        `height_residuals` divided by the local deviation. Independent noise has about -0.15, a surface without noise above 0.
+        It is the sum of s_i s_j over the pairs there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
+        `height_residuals` divided by the local deviation.
         """
         sizes = height_residuals(self.points, self.rings, self.normals)
         squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
@@ -203,7 +202,6 @@ class CloudSample:
         calm = self.inner & (levels > 0.0) & (levels <= np.quantile(levels[self.inner], 0.2))
         a, b = self.pairs[calm[self.pairs].all(axis=1)].T
         scaled = np.clip(sizes / np.where(levels > 0.0, levels, 1.0), -tuned.CLIP, tuned.CLIP)
-        # Normals may point to either side.
         facing = np.sign(np.einsum("ij,ij->i", self.normals[a], self.normals[b]))
         both = float(np.sum(scaled[a] ** 2 + scaled[b] ** 2))
         return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0

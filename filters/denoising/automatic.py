@@ -20,9 +20,9 @@ class AutomaticChoice(NamedTuple):
     """The setting for a scan, and the evidence for it."""
 
     kind: str  # "clean", "noisy", or "correlated" (neighbours share the noise)
-    setting: Setting  # the chosen setting
+    setting: Setting
     noise: NoiseEstimate
-    evidence: Choice[Setting] | None = None  # the settings that were tried, with their scores; None if none were tried
+    evidence: Choice[Setting] | None = None  # the scores of the settings that were tried; None if none were tried
     # True if noise is independent, no outlier was replaced, and at most one other setting is as good, see `tuned.SURE`.
     sure: bool = False
 
@@ -78,7 +78,7 @@ def _independent(
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. No noise: a model of planes, or a clean scan (see `Scan.clean`) that has neither impulses nor uneven noise.
+    # 3. No noise in a model of planes, or in a clean scan (see `Scan.clean`) with neither impulses nor uneven noise.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
         # 4. Cross-validation. With outliers, settings without Taubin steps that move only the outliers are tried, too.
         alone = calmed is not scan and 0 in repertoire.relaxations

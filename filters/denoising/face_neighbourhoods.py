@@ -14,9 +14,9 @@ from ..geometry import CENTRE, measure_faces, squared_length
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, order_of_faces, worth_reordering
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
-#: "edge": faces that share an edge. "vertex": faces that share a vertex. "two_ring", "three_ring": faces within two or three
-#: steps between faces that share a vertex. "radius": faces with centres in a ball around the face's centre, if steps over shared
-#: vertices between faces in the ball lead there. "geodesic": faces within a distance along the surface, see `_visit_within`.
+#: "edge", "vertex": faces that share an edge or a vertex. "two_ring", "three_ring": faces within two or three steps between
+#: faces that share a vertex. "radius": faces that such steps reach, with all centres on the way in a ball around the face's
+#: centre. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
 #: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`, in units of 3 numbers: per vertex a pass reads about two rows of 8 of `measure_faces`.
+# The `size` for `worth_reordering`: a pass reads about 2 faces, of 8 numbers each, per vertex; the unit is 3 numbers.
 _SIZE = 6
 
 
@@ -83,7 +83,7 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
-    """Returns, for each of the m faces, the sum of the distances from its centre to its neighbours' centres."""
+    """Returns (m,) the sum of the distances from each face's centre to its neighbours' centres."""
     sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], *edge_neighbours, sums)
     return sums
@@ -93,8 +93,8 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
 class Adjacency:
     """The face neighbourhoods of a mesh, shared by all filter passes on meshes with the same faces."""
 
-    # None, or (n,) a permutation: point i here is point ``places[i]`` of the normalised mesh. The permutation puts neighbours
-    # near each other in memory and changes no result.
+    # None, or (n,) a permutation that puts neighbours near each other in memory: point i here is point ``places[i]`` of the
+    # normalised mesh.
     places: Ints | None
     faces: Ints  # (m, 3) the triangles, as indices of the permuted points
     at_vertices: VertexFaces  # the faces at each permuted point, in the order of the faces of the mesh
@@ -236,7 +236,7 @@ def _visit_within(
 
     A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
     lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. The search extends each path that it
-    has found or shortened, until none changes; for few faces this is faster than a priority queue. Faces are listed as found.
+    has found or shortened, until none changes; for few faces this is faster than a priority queue.
     """
     near_offsets, near = touching
     seen = np.full(centres.shape[0], -1, dtype=np.int32)

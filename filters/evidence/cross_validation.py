@@ -29,8 +29,8 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 class Trial(Generic[Label]):
     """One candidate and its score."""
 
-    label: Label  # names the candidate
-    error: float  # root mean square of its deviations at the held-out vertices, in mean edges, see `scores_of`
+    label: Label
+    error: float  # root mean square of its deviations at the held-out vertices, in mean edges
     excess: float  # its mean square minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # with one clipping for all vertices, unlike the other fields, to be compared with noise levels
+    errors: Floats  # with one bound for all vertices even if `near` is given, to be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int
@@ -68,7 +68,7 @@ class Scores(NamedTuple):
 
 
 def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | float = 0.0) -> Scores:
-    """Scores (k, h) deviations r of k candidates at h held-out vertices, in mean edges.
+    """Scores k candidates by (k, h) deviations r at h held-out vertices, in mean edges.
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
     (h, c) indices `near`, each vertex has its own m: the median of this candidate's |r| over its row of `near`. Clipping limits
@@ -96,9 +96,9 @@ def initial_positions(
 ) -> Callable[[Ints], Floats]:
     """Returns a function from the indices of held-out vertices to (n, 3) points with these vertices at predicted positions.
 
-    A vertex is predicted by the mean of its neighbours, which passes on less noise, or by the quadric fitted to its two rings of
-    neighbours. The prediction with smaller errors on the (n,) `scored` vertices is used; with `by_means`, always the mean. The
-    (n, 3) points have a mean edge of 1, the (n, 3) unit normals are smoothed.
+    A vertex is predicted by the mean of its neighbours or by the quadric fitted to its two rings, whichever has smaller errors on
+    the (n,) `scored` vertices; with `by_means`, always by the mean. The (n, 3) points have a mean edge of 1, the (n, 3) unit
+    normals are smoothed.
     """
     rings, indices = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     if not by_means:

@@ -15,7 +15,7 @@ from ..topology import OneRings, one_rings
 
 # Width s of the weights, in mean distances of the one-ring: the second ring weighs less, since a quadric fits only nearby.
 _WIDTH = 1.3
-# With fewer samples or a smaller relative pivot (samples on a conic), a plane of 3 coefficients replaces the quadric of 6.
+# With fewer samples or a smaller relative pivot (samples on a conic), a plane replaces the quadric.
 _LEAST_SAMPLES = 8
 _LEAST_PIVOT = 1e-4
 # The largest number of vertices used from two rings, which usually have a dozen to fifty vertices.
@@ -47,7 +47,7 @@ def height_residuals(points: Floats, rings: OneRings, normals: Floats, hidden: B
 
 
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, chosen: Ints) -> Floats:
-    """Returns (n, 3) the points, with the chosen points moved along their normals to the quadrics through the other points."""
+    """Returns (n, 3) the points, with the chosen points moved to their predicted heights."""
     hidden = mask_of(chosen, len(points))
     heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, chosen, hidden)
     result = points.copy()
@@ -97,7 +97,7 @@ def _find_medians(
 
 @compiled(nogil=True)
 def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints) -> int:
-    """Writes the vertices of two rings around i that are not ignored into `around`, marks visits in `seen`, returns the count."""
+    """Writes the vertices of two rings around i that are not ignored into `around`; returns their count."""
     offsets, neighbours, _ = rings
     count = 0
     seen[i] = i
@@ -117,7 +117,7 @@ def _two_rings(rings: OneRings, i: int, ignored: Bools, seen: Ints, around: Ints
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
     """Fits a quadric to weighted heights; returns its value at 0, and this value's standard deviation for heights of deviation 1.
 
-    It fits a plane to fewer than eight samples or to samples on a conic, and takes the mean if the plane fails, too.
+    It fits a plane to fewer than eight samples or to samples on a conic. If the plane fails too, it takes the mean.
 
     Args:
         samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
@@ -182,7 +182,7 @@ def _project(points: Floats, normals: Floats, i: int, scale: float, around: Ints
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0. Any such pair gives the same fit of a quadric."""
+    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0."""
     # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y

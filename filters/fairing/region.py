@@ -1,7 +1,4 @@
-"""Region fairing: minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours.
-
-Energies use `SurfaceOperator`, the Laplace-Beltrami operator with a mass above 0 at every vertex.
-"""
+"""Minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours."""
 
 from __future__ import annotations
 
@@ -40,7 +37,7 @@ class FairedRegion:
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
         last_correction: the largest displacement of a vertex in the last correction of the solution, as a share of the
             diagonal of the region with its rings: an upper bound of the error of the solution.
-        refinements: the number of corrections after the first solution.
+        refinements: the number of corrections.
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
@@ -69,8 +66,8 @@ def fair_region(
 
     The symmetric form is (S M^-1)^(k-1) S p = 0 with S = -C, and C and M from `surface_laplacian` of the input with a lower bound
     on M. Its solution minimises the integral of |grad p|^2, |L p|^2 or |grad L p|^2. The former shape of the region matters
-    only through S and M: the input serves as parametrisation. Fairing once more, with the operator of the faired surface, comes
-    closer to the surface of least area or bending.
+    only through S and M. Fairing once more, with the operator of the faired surface, comes closer to the surface of least area
+    or bending.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -132,7 +129,7 @@ def fair_region(
 
 
 class _System(NamedTuple):
-    """The equations (S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
+    """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix  # S, (n, n)
     columns: sparse.csr_matrix  # (n, f) the columns of the free vertices
@@ -151,7 +148,6 @@ class _System(NamedTuple):
         return sparse.csr_matrix(product)
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
-        """The solution at the free vertices."""
         # A membrane is so well-conditioned that the residual of the first guess needs only ordinary precision.
         first = -(self.dirichlet @ self.points).compress(self.free, axis=0) if self.order == 1 else None
         return refined_solution(
@@ -274,7 +270,7 @@ class SurfaceOperator(NamedTuple):
 
 
 def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
-    """The operator of `surface_laplacian`, with a lower bound on the masses."""
+    """`surface_laplacian` with a lower bound on the masses."""
     laplacian = surface_laplacian(points, faces)
     np.negative(laplacian.stiffness.data, out=laplacian.stiffness.data)
     return SurfaceOperator(laplacian.stiffness, _floored(laplacian.mass, faces))
@@ -283,12 +279,11 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
     """Makes the weights and masses of an operator uniform in the connected components of irregular vertices.
 
-    If edges and angles differ by orders of magnitude, so do masses and weights. A vertex with almost no mass costs nothing
-    wherever it lies, so an energy makes a spike of it to save a little elsewhere. In the component of a spike every edge gets the
-    weight cot(60 degrees) and every vertex the same mass, as if all triangles were equilateral.
+    A vertex with almost no mass costs nothing wherever it lies, so an energy makes a spike of it to save a little elsewhere. In
+    the component of a spike every edge gets the weight cot(60 degrees) and every vertex the same mass, as if all triangles were
+    equilateral.
 
-    `irregular` is (n,) which vertices became spikes with this operator. Returns the new operator, and (n,) which vertices lie in
-    such components.
+    `irregular` is (n,) which vertices became spikes. Returns the new operator, and (n,) which vertices lie in such components.
     """
     n = len(operator.mass)
     a, b, c = faces[proper_faces(faces)].T
@@ -307,7 +302,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """Returns the masses, each above 0 and at least `_LEAST_MASS` times the largest mass next to it."""
+    """Bounds the masses from below, see `_LEAST_MASS`."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))
@@ -319,7 +314,7 @@ def _floored(mass: Floats, faces: Ints) -> Floats:
 
 @compiled
 def _areas(before: Floats, after: Floats, free: Bools, faces: Ints) -> tuple[float, float]:
-    """Returns the area of the triangles with a free vertex, from the points before and after."""
+    """Returns the areas of the triangles with a free vertex, before and after."""
     sums = np.zeros(2)
     for a, b, c in faces:
         if free[a] or free[b] or free[c]:

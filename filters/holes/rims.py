@@ -12,8 +12,8 @@ from ..topology import BoundaryLoop, BrokenBorder, boundary_loops, connected_com
 #: A rim with a larger total geodesic curvature is an outer border. The curvature is 2 pi for a flat disc, -2 pi for a hole in a
 #: plane, 0 for the end of a tube, 2 pi cos t for a spherical cap up to the angle t from its pole.
 OUTER_TURN = 1.5 * np.pi
-#: A rim that spans a larger share of the area of its component is probably an outer border. The share is (1 + cos t) / 2 for
-#: the cap above, so caps of up to 109 degrees have outer borders.
+#: A rim whose largest projection has a larger share of the area of its component is probably an outer border. The share is
+#: (1 + cos t) / 2 for the cap above, so caps of up to 109 degrees have outer borders.
 OUTER_SHARE = 1 / 3
 #: A rim with a smaller curvature is always a hole: the inner border of a narrow frame, or the rim of a cap above 120 degrees.
 FRAME_TURN = -np.pi
@@ -69,10 +69,10 @@ def broken_left_open(border: BrokenBorder) -> OpenRim:
 class Rim(NamedTuple):
     """One boundary loop."""
 
-    edges: int  # number of edges
+    edges: int
     length: float  # sum of the edge lengths
     middle: Floats  # (3,) mean of the vertices
-    outer: bool  # whether it is, surely or probably, the outer border of an open sheet
+    outer: bool  # whether it is, surely or probably, the outer border of a sheet
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
@@ -94,10 +94,9 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
     """Returns whether each rim is the outer border of a sheet.
 
-    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there. A rim too
-    short to go round its sheet is a hole, see `SHORT_RIM`. Any other rim of a curvature above `OUTER_TURN` is surely an outer
-    border: a flat disc has 2 pi by Gauss-Bonnet, however ragged its rim is. A rim of a curvature above `FRAME_TURN` is probably
-    an outer border if its largest projection has more than `OUTER_SHARE` of the area of its component.
+    The total geodesic curvature is the sum, over the vertices of the rim, of pi minus the angle of the surface there: 2 pi for a
+    flat disc by Gauss-Bonnet, however ragged its rim is. `SHORT_RIM`, `OUTER_TURN`, `FRAME_TURN` and `OUTER_SHARE` decide, in
+    this order.
     """
     if not rims:
         return []

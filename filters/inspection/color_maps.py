@@ -1,7 +1,7 @@
 """Colour maps with even lightness, and the limits of the values that they cover.
 
-The diverging and the sequential map are paths through the perceptual space Oklab [ottosson2020]. Equal steps of a value change
-the lightness nearly equally. Colour-blind people can read the diverging map: it goes from blue to orange, not from red to green.
+The diverging and the sequential map are paths through the perceptual space Oklab [ottosson2020]. Colour-blind people can read
+the diverging map: it goes from blue to orange, not from red to green.
 """
 
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from ..mesh import Floats
 
 #: The share of the values between the limits: with outliers inside the limits, all other values would look alike.
 ENCLOSED = 0.98
-#: The number of steps of a map: more than the 256 levels of a channel.
+#: The number of colours of a map: more than the 256 levels of a channel.
 _STEPS = 1024
 #: The stops of the two maps: position from 0 to 1, lightness, chroma, hue in degrees.
 _DIVERGING = (
@@ -65,7 +65,7 @@ def sequential_colors(values: Floats, limits: Limits) -> Floats:
 
 def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
     low, high = limits
-    # Halved: the difference of two large values of opposite signs would overflow.
+    # Halved against overflow, as in `robust_limits`.
     half = 0.5 * high - 0.5 * low
     shares = np.full(len(values), 0.5)
     if half > 0.0:
@@ -76,7 +76,7 @@ def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
 
 
 def _table(stops: Iterable[tuple[float, float, float, float]]) -> Floats:
-    """(k, 4) gamma-encoded colours of a map: linear interpolation in Oklab between the stops."""
+    """(k, 4) gamma-encoded colours, interpolated linearly in Oklab between the stops."""
     at, lightness, chroma, hue = np.array(list(stops)).T
     angle = np.radians(hue)
     lab = (lightness, chroma * np.cos(angle), chroma * np.sin(angle))

@@ -9,7 +9,7 @@ from ..mesh import Floats
 #: A ball counts if the angle between its two contacts, seen from its centre, is at least this large, in radians: then the
 #: contacts lie on two sides of the body. Smaller angles are due to the curvature or the noise of one side.
 LEAST_ANGLE = np.pi / 3.0
-_MOST_STEPS = 30  # the search for the balls ends after this number of steps
+_MOST_STEPS = 30
 _SAME = 1e-6  # a point counts as inside a ball if its distance from the centre is below (1 - `_SAME`) times the radius
 
 

@@ -62,7 +62,7 @@ def local_outlier_probability(
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
-    """Returns (n,) PLOF, see `local_outlier_probability`: at least -1, above 0 for a point farther out than its neighbours."""
+    """Returns (n,) PLOF, see `local_outlier_probability`: at least -1."""
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
     distances: Floats = np.empty(tree.size)
@@ -86,7 +86,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
 
 @compiled(nogil=True)
 def standard_distances(squared: Floats) -> Floats:
-    """Returns (n,) the square root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
+    """Returns (n,) the root of the mean of each row of (n, k) squared distances; the order in a row does not matter."""
     distances = np.empty(squared.shape[0])
     for r in range(squared.shape[0]):
         distances[r] = math.sqrt(_sum(squared[r]) / squared.shape[1])
@@ -126,7 +126,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of non-negative numbers. All are rounded to multiples of one tiny number, so the order does not matter."""
+    """Returns the sum of numbers >= 0, rounded to multiples of one tiny number so that their order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

@@ -37,7 +37,7 @@ class StrayRule:
     smallest_part: int
 
     def on_surface(self, spacing: Floats, median: float, thickness: Floats, links: Longs) -> Bools:
-        """Returns (n,) which points are on a surface by their own spacing, thickness and number of links."""
+        """Returns (n,) which points are on a surface."""
         sparse = spacing / (self.sparseness * median or 1.0)
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
@@ -141,9 +141,9 @@ def linked_to(links: Ints, chosen: Bools) -> Longs:
 
 
 def linked_parts(links: Ints, chosen: Bools) -> Longs:
-    """Returns (m,) the part of each of m points, named by its lowest row; (m, k) links between chosen points join parts.
+    """Returns (m,) the part of each of m points, named by its lowest row.
 
-    Links to rows from m on join nothing.
+    The (m, k) links join parts if both ends are chosen and among the m points.
     """
     parents: Longs = np.arange(len(links))
     _unite(links, chosen, parents)

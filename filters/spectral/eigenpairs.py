@@ -1,7 +1,7 @@
 """Manifold harmonics: the lowest eigenpairs of a spectral problem, none missing, and single modes as values at the vertices.
 
 Large sparse operators are solved by spectrum slicing: band by band, and the eigenvalues of each band are counted. SciPy's ARPACK
-searches near one shift and does not count, so it may miss eigenvalues. docs/solvers.md compares the times.
+searches near one shift and does not count, so it may miss eigenvalues.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SLICED_SHARE = 2
 _LARGEST_FLOOR = 1e-6
 #: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow bands more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
+#: Modes that are computed beyond the last requested one.
 _GUARD = 6
 _ROUNDS = 10_000  # the most bands
 _POLISHES = 3  # the most refinements of the modes of a band
@@ -41,7 +41,7 @@ BLOCK = 8
 #: Sizes of the Lanczos basis as multiples of the number of modes: at the first test of convergence and at the limit. Between
 #: tests the basis grows by the factor `_GROWTH`.
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
-#: Vectors added to the size at the first test, and ten times as many to the limit. They matter if few modes are wanted.
+#: Vectors added to the size at the first test, and ten times as many to the limit.
 _SMALL = 40
 #: Every so many blocks, the block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
 _RENEWAL = 2
@@ -54,9 +54,9 @@ def lowest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Computes the `count` lowest modes: S v = kappa M v with V^T M V = I.
 
-    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix; both find
-    all eigenvalues. The first mode of a component is a positive constant with kappa 0. Every other mode has the sign that
-    makes its inner product with one fixed random vector positive.
+    Each connected component is solved by itself, by spectrum slicing (`lowest_modes`) or, if small, as a dense matrix. The first
+    mode of a component is a positive constant with kappa 0. Every other mode has the sign that makes its inner product with one
+    fixed random vector positive.
 
     Args:
         problem: S, M and the components, n rows.
@@ -64,8 +64,8 @@ def lowest_eigenpairs(
         constants: False leaves out the constant mode of every component; `count` then counts the others.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
             triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
-        progress: called several times a second with the share that is done; may raise to stop. The longest time between two calls
-            is half a second at 100,000 vertices, and grows with the mesh.
+        progress: called with the share that is done; may raise to stop. The longest time between two calls is half a second at
+            100,000 vertices, and grows with the mesh.
 
     Returns:
         kappa, (k,) ascending, in one over squared mesh units; and V, (n, k) Fortran-ordered, a mode per column. Both are the same
@@ -167,7 +167,7 @@ class _CheckedModes:
     """Orthonormal vectors, the first in the kernel, with Rayleigh quotients kappa and residuals |A x - kappa x| / kappa."""
 
     def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
-        """Measures the vectors; may overwrite them, and sets the first to the kernel."""
+        """May overwrite the vectors; sets the first to the kernel."""
         count = vectors.shape[1]
         self.vectors = np.asfortranarray(vectors)
         self.vectors[:, 0] = kernel
@@ -228,8 +228,8 @@ class OneHarmonic:
 
     values: Floats  # (n,) at the vertices; waves are 0 on all components but one; 0 at vertices without a triangle
     eigenvalue: float  # kappa, in one over squared mesh units
-    share_of_area: float  # the area of the components where the mode is not 0, as a share of the whole area
-    n_components: int  # the number of components of the surface
+    share_of_area: float  # of the components where the mode is not 0
+    n_components: int
 
 
 def one_harmonic(
@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Earlier modes at the edge of their band contain a little of the new modes: make the new orthogonal to the earlier modes.
+        # Earlier modes at the edge of their band contain a little of the new modes.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)
@@ -347,7 +347,7 @@ def _refined_modes(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits: it stays good.
+    # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -384,8 +384,8 @@ def modes_near(
     improves the Ritz vectors; it needs no solve, because the basis and the block after it span the result. The residual in A is
     then the Ritz residual of the inverse times (kappa - shift)^2.
 
-    Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues and orthonormal modes, which are
-    orthogonal to the `locked` ones.
+    Exactly `below` modes must be missing below the shift. Returns ascending eigenvalues, and orthonormal modes orthogonal to the
+    `locked` ones.
     """
     n, count = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * count) + 10 * _SMALL) // BLOCK * BLOCK
@@ -399,7 +399,7 @@ def modes_near(
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * count + _SMALL)))
-        # Nearly all overlap is with the last two blocks. It is removed first, so that one pass over the whole basis is exact.
+        # Nearly all overlap is with the last two blocks. Once it is removed, one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)

@@ -70,9 +70,8 @@ def spectrum(
 
     With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
     computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
-    [golub1969]. This quadrature is exact for polynomials in kappa of degree 2 `steps` - 1 and needs no modes. Slivers and tiny
-    triangles have modes of far higher frequency than any wave of the surface, and these modes would take many more steps. So the
-    vertices of slivers get additional mass, in all at most a ten-thousandth of the area.
+    [golub1969]. Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, and these modes would
+    take many more steps. So their vertices get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -152,7 +151,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     stiffest = np.argsort(-ratio, kind="stable")
     # With the mass S_ii / bound vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises as long as the next ratio is above bounds[k]. At the maximum no other vertex has a ratio above the bound.
+    # bounds[k] rises as long as the next ratio is above it. At the maximum no vertex after the first k + 1 has a higher ratio.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem
@@ -168,7 +167,7 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
 
 #: Rows in a block. Each block has a sum of its own, so that the number of threads changes no bit.
 _BLOCK = 4096
-#: A pass takes so little time that threads pay only on meshes this many times as large as for other kernels.
+#: A pass is so short that threads pay only on meshes this many times as large as for other kernels.
 _SHORT_PASSES = 10
 #: Largest number of iterations for an eigenvalue; two are usual.
 _MOST_ITERATIONS = 60

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .meshset import MeshSet
     from .running.job import Event, RunResult
     from .scripts import Change, Step, changing, guards, warnings
-else:  # importing these takes about as long as importing pymeshlab; a program that makes no recipe does without them
+else:  # importing these takes about as long as importing pymeshlab
     named, registry, scripts = (ImportedWhenUsed(f"pymeshfair.{name}") for name in ("recipe", "registry", "scripts"))
     changing, guards, warnings = (ImportedWhenUsed(f"pymeshfair.scripts.{name}") for name in ("changing", "guards", "warnings"))
     builtin_filters = ImportedWhenUsed("pymeshfair.meshlab.builtin_filters")  # imports pymeshlab
@@ -44,9 +44,9 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """Makes an empty recipe. `comment` is the head of its script, and the first line of `comment` is the title."""
+        """Makes an empty recipe. `comment` is the head of its script; the first line is the title."""
         self.name = name  # for messages and the records of runs
-        self.script = scripts.Script((), comment)  # the steps with their values, the settings, the comment and the limits
+        self.script = scripts.Script((), comment)
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
         self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
@@ -66,7 +66,7 @@ class Recipe(FilterMethods):
         Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         declared = registry.find_filter(filter_name)
-        # of percentages MeshLab's filters alone say of which length they are, and only on a mesh
+        # a filter of MeshLab says only on a mesh which length 100 % is
         kinds = ("PureValue",) if declared.is_builtin else ("PureValue", "PercentageValue")
         values = {n: builtin_filters.as_length(v) if type(v).__name__ in kinds else v for n, v in kwargs.items()}
         self.script = changing.with_step(self.script, declared, values)
@@ -120,7 +120,7 @@ class Recipe(FilterMethods):
         return warnings.script_warnings(self.script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Applies all steps to the current mesh of a mesh set, by its `apply_script`; limits are not checked."""
+        """Applies all steps to the current mesh of a mesh set; limits are not checked."""
         return meshes.apply_script(self.script)
 
     def run(self, input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any) -> RunResult:
@@ -128,7 +128,7 @@ class Recipe(FilterMethods):
         return run(self, input, output, **options)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the recipe as an .mlx script, atomically; replaces an existing file. That is the recipe's file from then on."""
+        """Writes the recipe as an .mlx script, atomically; replaces an existing file. The script then has this path."""
         scripts.write_script(self.script, Path(path), overwrite=True)
         self.script, self.overrides = replace(self.script, path=Path(path).absolute()), ()
 
@@ -157,8 +157,8 @@ def run(
         input: the mesh file.
         output: the file to write; its extension is the format. ``OUTPUT.provenance.json`` beside it is the record of the run.
         settings: values that override settings of the recipe, by name.
-        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one such text.
-        others: mesh files for the layers 1, 2 ... that the recipe names; or one such file.
+        set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one text.
+        others: mesh files for the layers 1, 2 ... that the recipe names; or one file.
         overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
@@ -166,8 +166,8 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        The result of the run: measures before and after, warnings, the paths of the written files, and its `record`. A run that
-        fails raises a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
+        Measures before and after, warnings, the paths of the written files, and the `record` of the run. A run that fails raises
+        a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
     """
     from .running import job, supervise
 

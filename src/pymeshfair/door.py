@@ -103,7 +103,6 @@ class Door:
         return list(self._ids), next((n for n, meshlab_id in self._ids.items() if meshlab_id == current), None), visible
 
     def fetch(self, number: int) -> MeshData:
-        """Reads the present mesh of a layer from MeshLab."""
         mesh = BASE.mesh(self._meshset, self._ids[number])
         current = BASE.current_mesh_id(self._meshset)
         BASE.set_current_mesh(self._meshset, mesh.id())
@@ -115,7 +114,7 @@ class Door:
     # ----------------------------------------------------------------------------------------------------------------- in
 
     def _send(self, mesh: MeshData) -> None:
-        """Writes a mesh to a PLY file, lets MeshLab load it, and sets what PLY cannot hold: label, element numbers, matrix."""
+        """Sends a mesh as a PLY file, and sets what PLY cannot hold: label, element numbers, matrix."""
         folder = self._new_folder()
         path = folder / "mesh.ply"
         names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
@@ -154,7 +153,7 @@ class Door:
                 getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
 
     def _measured(self) -> Any:
-        """The vertices, faces and edges of the current layer, to convert relative lengths."""
+        """The current layer, to convert relative lengths."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
@@ -217,7 +216,6 @@ class Door:
         )
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
-        """Reads the textures of a layer, which a step may have painted on."""
         names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
         textures, folder = [], self._new_folder()
         for number, (name, image) in enumerate(mesh.textures().items()):
@@ -294,7 +292,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; a new element (-1) gets 0, or -1 as its polygon."""
+    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; new elements (-1) get 0, their polygon is -1."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in in_meshlab:
@@ -304,7 +302,7 @@ def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
-    """The index of each element in the source file, by both numberings; None if `first` is None and `second` changes nothing."""
+    """Returns first[second], the elements' indices in the source file; None if `first` is None and `second` changes nothing."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
@@ -328,7 +326,7 @@ def _suffix(texture: Texture) -> str:
 
 
 def _place_texture(texture: Texture, folder: Path, number: int) -> str:
-    """Writes or links a texture image to the folder of the PLY file; returns its plain name there."""
+    """Writes or links a texture image to a folder; returns its name there."""
     name = f"texture-{number}{_suffix(texture)}"
     target = folder / name
     if isinstance(texture.image, bytes):
@@ -380,7 +378,7 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
 
 
 def load_unchecked(path: Path, folder: Path) -> Reading:
-    """Reads a file of a format that only MeshLab's reader supports."""
+    """Reads a file with MeshLab's reader."""
     try:
         mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
     except MemoryError:

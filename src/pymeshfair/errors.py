@@ -40,7 +40,7 @@ class UnknownNameError(PymeshfairError, LookupError):
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
-        self.suggestion = suggestion  # the most similar existing name, or None
+        self.suggestion = suggestion  # the most similar existing name
         self.cause = cause  # the plugins that failed to load, one of which may declare the filter; None if there are none
 
 
@@ -49,11 +49,11 @@ class ParameterError(PymeshfairError, ValueError):
 
 
 class MissingExtraError(PymeshfairError, ImportError):
-    """A package of an extra of pymeshfair is not installed."""
+    """A package of an extra is not installed."""
 
 
 def missing_package(package: str, extra: str) -> str:
-    """The message about a missing package of an extra."""
+    """The message about a package that is not installed."""
     return f"it needs the package {package}; install pymeshfair with its extra: python -m pip install 'pymeshfair[{extra}]'"
 
 
@@ -82,14 +82,13 @@ class Place:
 
     doing: str  # the work: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``
     step: int | None = None  # the number of the step from 1, or None outside the steps
-    total: int | None = None  # the number of steps of the recipe
-    filter: str | None = None  # the MeshLab name of the step's filter
+    total: int | None = None  # the number of steps
+    filter: str | None = None  # the MeshLab name
     file: Path | None = None  # the recipe's file, if it has one
     line: int | None = None  # the line of that file at which the step begins
 
     @classmethod
     def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:
-        """The place of a step."""
         return cls(f"step {step} of {total}, {filter!r}", step, total, filter, file, line)
 
     def __str__(self) -> str:
@@ -129,7 +128,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
 
     @property
     def signal(self) -> str | None:
-        """The name of the signal that ended the worker, such as ``"SIGSEGV"``, or None."""
+        """The signal that ended the worker, such as ``"SIGSEGV"``, or None."""
         if self.status >= 0:
             return None
         try:
@@ -146,7 +145,7 @@ class GuardBroken(RunError):  # noqa: N818 - says what happened
         shown = f"; {maps[0].name} shows where" if maps else ""
         super().__init__(f"{sentences}{shown}. No output was written; change the limit or the recipe")
         self.breaches = tuple(breaches)  # the fields of each `pymeshfair.running.guarding.Breach` by name
-        self.maps = tuple(maps)  # the files of the intervention map, which show the places
+        self.maps = tuple(maps)  # the files of the intervention map
 
 
 class RunTimeout(PlacedError):  # noqa: N818 - says what happened

@@ -1,7 +1,6 @@
 """Features that depend on the operating system: process groups, memory limits, file locks, flushing folders to disk.
 
-`this_system` returns the features of this machine. Without POSIX, as on Windows, everything works with less protection, as each
-method says. The environment variable named by `FORCE_PORTABLE` switches POSIX features off on any system.
+Without POSIX, as on Windows, everything works with less protection, as each method says.
 """
 
 import contextlib
@@ -14,20 +13,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-#: the environment variable that, unless it is empty, switches POSIX features off in every process of a run
+#: the environment variable that, unless it is empty, switches POSIX features off on any system
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
 _ALL = (1 << 63) - 1  # bytes; the largest memory limit that a system accepts
 
 
 @dataclass(frozen=True)
 class System:
-    """Features of the system that a process runs on."""
+    """Features of the system."""
 
     is_posix: bool  # Linux or macOS
 
     @property
     def stop_signals(self) -> tuple[str, ...]:
-        """The signals with which a user or the system asks a process to end."""
+        """The signals that ask a process to end."""
         return ("SIGINT", "SIGTERM", "SIGHUP") if self.is_posix else ("SIGINT", "SIGTERM")
 
     @property
@@ -71,7 +70,7 @@ class System:
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
     def usable_memory(self) -> int | None:
-        """The bytes of memory that a worker may use, so that a hostile file only stops its own run; None if unknown."""
+        """The bytes that a worker may use, so that a hostile file only stops its own run; None if unknown."""
         try:
             total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         except (AttributeError, ValueError, OSError):
@@ -81,7 +80,7 @@ class System:
         return int(0.8 * total)  # the rest is for the system
 
     def peak_memory(self) -> int | None:
-        """The peak memory of this process in bytes since `forget_peak_memory`; None on systems other than Linux."""
+        """The peak memory of this process in bytes since `forget_peak_memory`; None except on Linux."""
         with contextlib.suppress(OSError):
             # The peak that getrusage reports for a child process includes the memory of its parent at the start.
             status = Path("/proc/self/status").read_text("ascii", "replace") if self.is_posix else ""
@@ -90,7 +89,6 @@ class System:
         return None
 
     def forget_peak_memory(self) -> None:
-        """Resets the peak memory of this process."""
         if self.is_posix:
             with contextlib.suppress(OSError):
                 Path("/proc/self/clear_refs").write_text("5", "ascii")
@@ -127,7 +125,7 @@ class System:
             os.close(descriptor)
 
     def boot(self) -> str:
-        """An id of the current boot of the machine; empty on systems other than Linux."""
+        """An id of the current boot of the machine; empty except on Linux."""
         with contextlib.suppress(OSError):
             return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip() if self.is_posix else ""
         return ""
@@ -140,5 +138,5 @@ class System:
 
 
 def this_system() -> System:
-    """Returns the features of this system, without those of POSIX if `FORCE_PORTABLE` is set."""
+    """Returns the features of this machine."""
     return System(os.name == "posix" and not os.environ.get(FORCE_PORTABLE))

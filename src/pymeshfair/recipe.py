@@ -30,7 +30,7 @@ TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "remesh", "change th
 
 @dataclass(frozen=True)
 class RecipeInfo:
-    """The parsed comment at the head of a recipe: a title, and optional paragraphs that begin with one of `KEYWORDS`."""
+    """The comment at the head of a recipe: a title, and optional paragraphs that begin with one of `KEYWORDS`."""
 
     title: str = ""  # the first line
     purpose: str = ""  # ``For:``, the scans that the recipe is for
@@ -43,7 +43,7 @@ class RecipeInfo:
 
     @property
     def measure(self) -> str:
-        """The first word of `judged`, the measure by which the recipe is judged; may be empty."""
+        """The first word of `judged`; may be empty."""
         return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
 
     @property
@@ -66,7 +66,7 @@ class Recipe:
     """A checked chain of filters with a name."""
 
     name: str  # the name of a shipped recipe, or the file name of a script without ``.mlx``
-    script: Script  # the steps
+    script: Script
     changes: tuple[Change, ...] = ()  # how the script was upgraded; empty if it was not
 
     @cached_property
@@ -76,12 +76,12 @@ class Recipe:
 
     @property
     def digest(self) -> str:
-        """The SHA-256 digest of `text`, which identifies the recipe in the provenance of a run."""
+        """The SHA-256 digest of `text`."""
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def info(self) -> RecipeInfo:
-        """The parsed comment at the head of the script."""
+        """The parsed head comment."""
         return head_info(self.script.comment)
 
     @property
@@ -100,22 +100,22 @@ class Recipe:
 
 
 def shipped_recipes(*, superseded: bool = False) -> tuple[str, ...]:
-    """The names of the shipped recipes that are not superseded, or of the `superseded` recipes alone, in alphabetical order."""
+    """The sorted names of the shipped recipes that are not superseded, or of the `superseded` recipes alone."""
     return tuple(sorted(_scripts("superseded" if superseded else ".")))
 
 
 @dataclass(frozen=True)
 class RecipeHead:
-    """The head of a shipped recipe, read without loading filters."""
+    """The head of a shipped recipe, read without loading plugins or compiled code."""
 
-    name: str  # the name to load it by
-    info: RecipeInfo  # the parsed head comment
-    settings: tuple[Setting, ...]  # the named values
+    name: str
+    info: RecipeInfo
+    settings: tuple[Setting, ...]
     steps: int  # number of filters
 
 
 def shipped_heads() -> list[RecipeHead]:
-    """Returns the heads of the shipped recipes that are not superseded, without loading plugins or compiled code."""
+    """Returns the heads of the shipped recipes that are not superseded."""
     documents = ((name, parse_document(file.read_bytes(), file.name)) for name, file in sorted(_scripts().items()))
     return [RecipeHead(name, head_info(read.comment), tuple(read.settings), len(read.filters)) for name, read in documents]
 
@@ -150,7 +150,6 @@ def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | 
 
 
 def _scripts(folder: str = ".") -> dict[str, Traversable]:
-    """The shipped scripts in a folder, by name."""
     files = (importlib.resources.files("pymeshfair.mlx_scripts") / folder).iterdir()
     return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
 

@@ -19,15 +19,14 @@ from .streams import Verbosity, complain, failure_of_stdout, print_document, sec
 class Failure(NamedTuple):
     """The error that ended a command."""
 
-    kind: str  # the name of the exception, such as ``"ScriptError"``
-    message: str  # the error, its place, and advice
+    kind: str  # the name of the exception
+    message: str
     exit_code: int  # 1: failed, 2: wrong usage or an invalid recipe, 130: interrupted
     #: further attributes of the exception, such as the problems of a script or the step that failed
     details: Mapping[str, Any] = MappingProxyType({})
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
-        """The failure for an exception."""
         from ..errors import ParameterError, PymeshfairError, UnknownNameError
 
         kind, message = type(error).__name__, str(error)

@@ -1,4 +1,4 @@
-"""``pymeshfair check``, ``upgrade`` and ``export``: commands on scripts, which open no mesh unless one is given."""
+"""``pymeshfair check``, ``upgrade`` and ``export``: commands on scripts."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def check(
 
 
 def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
-    """Returns the result of checking a recipe, as an object for JSON and as text."""
+    """Checks a recipe; returns the result for JSON and as text."""
     from ..errors import PymeshfairError
     from ..scripts.warnings import script_warnings
 

@@ -18,12 +18,11 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: a scan without outliers and with less noise than this, in mean edges, counts as clean in trials: meshing gives up to 0.017.
-#: The trials of a clean scan measure how far recipes move its vertices
+#: a scan without outliers and with less noise than this, in mean edges, counts as clean in trials: meshing gives up to 0.017
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6
-#: the smoothers that are compared: the name that is shown, and the text of the amount
+#: the smoothers that are compared: the name and the amount as shown
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
     "normal_filtering": ("normal filtering as above", ""),
@@ -90,7 +89,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the kind and amount of noise that `FILTER` found; the measured noise hardly includes impulses."""
+    """The traits, with the noise that `FILTER` found: its `drift` includes impulses, the trait ``noise`` hardly does."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -99,7 +98,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """The values that `FILTER` reports on the scan; the filter runs in a process of its own."""
+    """The values that `FILTER` reports on the scan."""
     from ..running.read import reported_values
     from .display import progress
 
@@ -137,7 +136,7 @@ def _trials(
     # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. So recipes with
     # `FILTER` get the error that `FILTER` reports for its best setting, and all other recipes at least the unfiltered error.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
-    # Rounded coordinates may make the error of the unfiltered scan too small; it is at least the noise.
+    # With rounded coordinates the error of the unfiltered scan may be smaller than its noise.
     unfiltered = max(errors[0], traits["noise"])
     best = min(unfiltered, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {
@@ -208,7 +207,6 @@ def _setting_lines(values: dict[str, Any]) -> list[str]:
 
 
 def _smoother_lines(values: dict[str, Any]) -> list[str]:
-    """Lines about the compared smoothers, the least error first, each with its best parameter."""
     compared = values.get("smoothers", [])
     if not compared:
         return []

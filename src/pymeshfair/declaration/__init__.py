@@ -49,9 +49,9 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 
 class Layer(Protocol):
-    """The current mesh as read-only arrays; MeshLab's arrays are read at first use.
+    """The current mesh as read-only arrays: n vertices, m triangles, e edges.
 
-    n vertices, m triangles, e edges. A mesh with only vertices is a point cloud, one with edges and no triangles a polyline.
+    A mesh with only vertices is a point cloud, one with edges and no triangles a polyline.
     """
 
     @property
@@ -134,9 +134,9 @@ class Edit:
     vertices: Floats | None = None  # (n, 3) new coordinates
     added_vertices: Floats | None = None  # (a, 3) vertices to add, to a mesh that has faces
     added_faces: Ints | None = None  # (b, 3) three different vertex indices; from n on they mean `added_vertices`
-    vertex_selection: Bools | None = None  # (N,) the new selection
+    vertex_selection: Bools | None = None  # (N,)
     face_selection: Bools | None = None  # (M,)
-    vertex_scalars: Floats | None = None  # (N,) the new scalar ("quality")
+    vertex_scalars: Floats | None = None  # (N,) MeshLab's "quality"
     face_scalars: Floats | None = None  # (M,)
     vertex_colors: Floats | None = None  # (N, 4) red, green, blue, opacity from 0 to 1
     face_colors: Floats | None = None  # (M, 4)
@@ -144,7 +144,7 @@ class Edit:
     face_normals: Floats | None = None  # (M, 3) unit normals
     delete_vertices: Bools | None = None  # (N,) the vertices to delete with their faces
     delete_faces: Bools | None = None  # (M,) the faces to delete
-    new_layers: tuple[NewLayer, ...] = ()  # layers to add; the first becomes the current layer
+    new_layers: tuple[NewLayer, ...] = ()  # the first becomes the current layer
     values: Mapping[str, Any] = field(default_factory=dict)  # the results that `apply_filter` returns: numbers, texts, arrays
     notes: tuple[str, ...] = ()  # sentences for the user, for example about unchanged parts and the reason
 
@@ -194,10 +194,10 @@ class Filter:
     python_name: str  # the name in Python, e.g. ``apply_coord_taubin_fairing``
     name: str  # the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``
     info: str = ""  # the description in plain text; the first line is a summary
-    classes: FilterClass = FilterClass.OTHER  # the MeshLab menus
-    requires: MeshElement = MeshElement.NONE  # elements that the mesh must have
-    changes: MeshElement = MeshElement.NONE  # elements that the filter changes
-    arity: Arity = Arity.SINGLE_MESH  # the number of layers that it reads
+    classes: FilterClass = FilterClass.OTHER
+    requires: MeshElement = MeshElement.NONE  # what the mesh must have
+    changes: MeshElement = MeshElement.NONE
+    arity: Arity = Arity.SINGLE_MESH
     parameters: tuple[Parameter, ...] = ()  # in declared order, which is the order in .mlx scripts
     references: tuple[str, ...] = ()  # keys of docs/bibliography.bib
     origin: str = "MeshLab"  # ``"MeshLab"``, or the Python distribution of the plugin
@@ -212,7 +212,6 @@ class Filter:
 
     @property
     def summary(self) -> str:
-        """The first line of `info`."""
         return self.info.partition("\n")[0]
 
     def parameter(self, name: str) -> Parameter:
@@ -226,7 +225,7 @@ class Filter:
         raise UnknownNameError(words, suggestion=nearest(name, names))
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the checked values by parameter name, in declared order; absent parameters stay absent."""
+        """Returns the checked values by parameter name, in declared order."""
         for name in values:
             self.parameter(name)
         return {p.name: p.check(values[p.name]) for p in self.parameters if p.name in values}
@@ -293,7 +292,7 @@ def mesh_filter(
 
 
 def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
-    """Wraps a function so that it takes the fields of its groups one by one; returns a function without groups as it is."""
+    """Wraps a function so that it takes the fields of its groups one by one."""
     groups = {name: hint for name, hint in typing.get_type_hints(function).items() if name != "return" and _is_group(hint)}
     if not groups:
         return function
@@ -308,15 +307,14 @@ def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
 
 
 def _is_group(hint: Any) -> TypeGuard[type[Any]]:
-    """Whether the type of a parameter is a dataclass, whose fields are then parameters of the filter."""
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
-_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")  # the parameter section of a docstring
+_SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")
 
 
 def _documented(described: object) -> tuple[str, dict[str, str]]:
-    """Splits a docstring into the text without its parameter section, and the help texts by parameter."""
+    """Splits a docstring into the text, and the help texts by parameter."""
     text = inspect.getdoc(described) or ""
     section = _SECTION.search(text)
     _, *parts = re.split(r"^    (\w+): ", section[1] if section else "", flags=re.MULTILINE)
@@ -372,7 +370,7 @@ def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: 
 
 
 def _words(annotated: Any) -> tuple[str, ...]:
-    """The words of a `Literal`, or of a union of `Literal` types."""
+    """The words of a `Literal`, or of a union of them."""
     if typing.get_origin(annotated) is Literal:
         return typing.get_args(annotated)
     return tuple(word for part in typing.get_args(annotated) for word in _words(part))
@@ -382,7 +380,7 @@ _PLAIN_TYPES = (bool, int, float, str)
 
 
 def _contradiction(parameter: Parameter, annotated: Any) -> str:
-    """The contradiction between a parameter's name, help, type, bounds and choices; empty if there is none."""
+    """What is wrong with a declaration; empty if nothing."""
     minimum, maximum = getattr(parameter, "minimum", None), getattr(parameter, "maximum", None)
     if keyword.iskeyword(parameter.name):
         return "is a word of Python"

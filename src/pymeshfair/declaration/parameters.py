@@ -1,7 +1,4 @@
-"""The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices.
-
-A length is a number of mesh units, or relative to the mesh (percent, mean edges); limits of a run may have a unit (0.05mm).
-"""
+"""The kinds of parameters: switches, numbers, lengths, words, texts, layers and cameras; points, colours and matrices."""
 
 from __future__ import annotations
 
@@ -25,7 +22,7 @@ _LENGTH = re.compile(rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+
 
 
 def as_float(value: Any) -> float | None:
-    """Converts a real number of Python or numpy to float; None for all other values, also for booleans."""
+    """Converts a real number of Python or numpy to float; None for other values and for booleans."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         return None
     try:
@@ -35,7 +32,7 @@ def as_float(value: Any) -> float | None:
 
 
 def shown(value: Any) -> str:
-    """The `repr` of a value, cut to 80 characters for a message."""
+    """The `repr` of a value, cut to 80 characters."""
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
@@ -71,7 +68,7 @@ class Length:
         return cls(float(match[1]), cast("LengthUnit", {"%": "percent", "edges": "edge"}.get(suffix, suffix)))
 
     def resolve(self, *, diagonal: float, mean_edge: Callable[[], float]) -> float:
-        """The length in mesh units on a mesh with this bounding box diagonal; calls `mean_edge` only if needed."""
+        """The length in mesh units; calls `mean_edge` only if needed."""
         if self.unit == "percent":
             return self.amount / 100.0 * diagonal
         if self.unit == "edge":
@@ -103,7 +100,7 @@ def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") ->
 
 
 def check_unit(unit: str) -> str:
-    """Returns the unit of a scan, or raises `ParameterError` if it is unknown."""
+    """Returns the unit of a scan; raises `ParameterError` if it is unknown."""
     if unit not in METRES:
         raise ParameterError(f"{unit!r} is no unit of scans: it is one of {', '.join(METRES)}")
     return unit
@@ -136,7 +133,6 @@ class Parameter:
         return self.kind
 
     def to_number(self, value: Any) -> Any:
-        """Returns the value; "auto" becomes the number `automatic`."""
         return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:
@@ -144,7 +140,7 @@ class Parameter:
         return self.automatic is not None and (value == AUTO if isinstance(value, str) else as_float(value) == self.automatic)
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error for a refused value; its message has the allowed values."""
+        """The error for a refused value."""
         got = value if isinstance(value, Length) else shown(value)
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 
@@ -370,7 +366,7 @@ class Matrix(Parameter):
 
 
 def _whole(value: Any) -> int | None:
-    """Converts an integer of Python or numpy to int; None for all other values, also for booleans."""
+    """Converts an integer of Python or numpy to int; None for other values and for booleans."""
     return None if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) else int(value)
 
 

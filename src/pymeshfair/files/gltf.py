@@ -24,7 +24,7 @@ from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
 from .scenes import METRES, Assembly, affine_matrix, levels
 
-#: the largest number of JSON values in a document; reading a million of them takes a second
+#: the largest number of JSON values in a document; reading a million takes a second
 _PARTS = 1_000_000
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
@@ -130,7 +130,7 @@ class _Reader:
         with self.assembly.within(k):
             matrix = parent_matrix @ _matrix(node, k)
             if "mesh" in node and (mesh := node["mesh"]) not in self._meshes:
-                groups: dict[str, list[_Part]] = {}  # primitives with the same vertices form one part
+                groups: dict[str, list[_Part]] = {}  # primitives with the same vertices
                 for p in self._at("meshes", mesh)["primitives"]:
                     groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
                 if not groups:
@@ -370,7 +370,7 @@ def _decoded(uri: str) -> bytes:
     raise ContentsError("data within it is not written in base64")
 
 
-#: the largest number of materials that are written: one for each pair of a texture and a colour of faces
+#: the largest number of materials that are written
 _MOST_MATERIALS = 1000
 
 
@@ -469,7 +469,7 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
-    """Adds a texture to the document; returns its number, or None without an image."""
+    """Adds a texture; returns its number, or None without an image."""
     from PIL import Image
 
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image

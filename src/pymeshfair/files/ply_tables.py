@@ -17,7 +17,7 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, at_line, refuse, tokenise
 
-#: the numpy type of each type name of the format
+#: the numpy type of each PLY type
 KINDS: Mapping[str, str] = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
@@ -60,7 +60,7 @@ class PlyHeader:
 
     format: str  # one of `_FORMATS`
     elements: tuple[PlyElement, ...]  # in the order of the file
-    comments: tuple[str, ...]  # the words after ``comment`` and ``obj_info``
+    comments: tuple[str, ...]  # what follows ``comment`` and ``obj_info``
     size: int  # its length in bytes, including the end of its last line
     text: bytes  # its bytes
 
@@ -108,7 +108,7 @@ def read_header(path: Path) -> PlyHeader:
 
 
 def parse_header(data: bytes) -> PlyHeader:
-    """Parses the header at the beginning of some bytes."""
+    """Parses the header at the beginning of the bytes."""
     if not data.startswith(b"ply"):
         raise ContentsError("it does not begin with 'ply'")
     end = _END.search(data)
@@ -215,7 +215,7 @@ Column: TypeAlias = Array | Lists
 class Table:
     """The rows of one element."""
 
-    element: PlyElement  # its declaration in the header
+    element: PlyElement
     columns: Mapping[str, Column]  # by property
     bytes: tuple[int, int] | None = None  # where the rows begin and end in the file; None for new rows
     lines: Longs | None = None  # (n,) in a text, the index of each row's line in `Tokens`
@@ -233,7 +233,7 @@ class Table:
 
 
 def indices_of_runs(starts: Longs, lengths: Longs) -> Longs:
-    """Concatenates runs of consecutive integers with these starts and lengths."""
+    """Concatenates runs of consecutive integers."""
     ends = np.cumsum(lengths)
     positions = np.repeat(starts - (ends - lengths), lengths)
     positions += np.arange(len(positions))
@@ -252,7 +252,7 @@ def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.d
 
 
 def row_type_at(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> np.dtype[Any]:
-    """Returns the dtype of an element's rows, which begin at byte `position`, with lists as long as in the first row."""
+    """Returns the dtype of the rows that begin at byte `position`, with lists as long as in the first row."""
     if not any(p.count_type for p in element.properties):
         return row_type(element, order, {})
     lengths = _walked(data, position, element, order, min(element.count, 1))[1]
@@ -274,7 +274,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
 
 
 def _binary_columns(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> tuple[dict[str, Column], int]:
-    """Returns the columns of the element that begins at byte `position`, and the byte after its last row."""
+    """Returns the columns of the element at byte `position`, and the byte after its last row."""
     n, properties = element.count, element.properties
     kind = row_type_at(data, position, element, order)
     if not n or not properties:
@@ -335,7 +335,7 @@ def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
 
 @compiled
 def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
-    """Finds position and length of each value or list of each row; returns the end of the last row, or -1 if a row is invalid."""
+    """Finds position and length of each value or list; returns the end of the last row, or -1 if a row is invalid."""
     for row in range(n):
         for k in range(len(sizes)):
             length = 1
@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """Reads the tables of the text after the header, one row per line; returns them with the tokens of the text."""
+    """Reads the tables of the text after the header, one row per line; returns also the tokens."""
     body = text.rstrip(_PADDING)
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))

@@ -20,7 +20,7 @@ from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
-#: the largest depth of nested elements or parts; usual scenes have about ten levels
+#: the largest depth of nested elements or parts; scenes have about ten levels
 DEEPEST = 200
 #: the largest number of elements of a tree; this many take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000
@@ -87,7 +87,7 @@ def read_tree(data: bytes) -> ElementTree.Element:
 
 
 def numbers(text: str, what: str, count: int | None = None) -> Floats:
-    """Parses finite numbers separated by blanks, exactly `count` of them if it is given; `what` names the text in messages."""
+    """Parses finite numbers separated by blanks, `count` of them if it is given; `what` names the text in messages."""
     words = text.split()
     try:
         if "_" in text or not text.isascii():  # Python would accept these in numbers
@@ -196,14 +196,14 @@ class Assembly:
         return MeshData(vertices=vertices, faces=faces, vertex_attributes=vertex, face_attributes=face)
 
     def place(self, part: MeshData, matrix: Floats) -> None:
-        """Adds an instance of a part, transformed by a (4, 4) matrix."""
+        """Adds a part, transformed by a (4, 4) matrix."""
         self._made += len(part.vertices) + len(part.faces)
         if self._made > _MOST_MADE:
             raise ContentsError(f"all instances of its parts together have more than {_MOST_MADE:,} vertices and faces")
         self._parts.append((part, matrix))
 
     def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:
-        """Returns the number of a named texture; `load` reads its image once, by default from the folder of the mesh."""
+        """Returns the number of a texture; `load` reads its image once, by default from the folder of the mesh."""
         if name not in self._textures:
             self._textures[name] = len(self._textures), Texture(name, (load or self._references.find_image)(name))
         return self._textures[name][0]
@@ -238,7 +238,7 @@ class Assembly:
 
 
 def affine_matrix(linear: Floats, move: Any = 0.0) -> Floats:
-    """Returns the (4, 4) matrix of a (3, 3) linear map followed by a translation."""
+    """Returns the (4, 4) matrix of a (3, 3) map followed by a translation."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, move
     return matrix
@@ -252,7 +252,7 @@ def rotation(axis: Floats, angle: float) -> Floats:
 
 
 def with_reversed_faces(part: MeshData) -> MeshData:
-    """Returns the part with its faces reversed."""
+    """Reverses the faces of a part."""
     wedges = part.face_attributes.get("wedge_texture_coordinates")
     turned = replace(part, faces=part.faces[:, [0, 2, 1]])
     return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})

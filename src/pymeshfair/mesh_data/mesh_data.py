@@ -37,8 +37,8 @@ class Source:
     """The file that a mesh was read from."""
 
     path: Path
-    format: str  # its format, an extension in lower case
-    document: Any = None  # what the reader keeps for the writer of this format, so that unchanged parts are written as they were
+    format: str  # an extension in lower case
+    document: Any = None  # what the reader keeps for the writer of this format, to write unchanged parts as they were
     #: names of contents that `MeshData` cannot hold; only a file of the same format can keep them
     extras: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()  # the files that belong to it: materials, textures, buffers
@@ -53,9 +53,6 @@ class Source:
 class MeshData:
     """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes a new mesh.
 
-    A mesh with vertices alone is a point cloud; a mesh with edges and no triangles is a polyline. A `View` presents a mesh as a
-    `pymeshfair.declaration.Layer`.
-
     Attributes:
         vertices: (n, 3) coordinates.
         faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
@@ -69,7 +66,7 @@ class MeshData:
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
-        unit: the unit of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        unit: of the coordinates, if the file states one: ``"um"``, ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
         source: the file that the mesh comes from.
         vertex_ids: (n,) the index of each vertex in the source, -1 for a new vertex; None: all vertices in the source's order.
         face_ids: (m,) the same for the triangles.
@@ -135,7 +132,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Returns the mesh with its matrix applied to coordinates and vertex normals; a matrix drops stored face normals."""
+        """Returns the mesh with its matrix applied to coordinates and vertex normals, and without stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
@@ -215,7 +212,7 @@ class MeshData:
 
     @cached_property
     def mean_edge(self) -> float:
-        """The mean edge length of the faces, else of the polylines, else the mean distance from a point to its nearest point."""
+        """The mean edge length of the faces, else of the polylines, else the mean distance to the nearest point."""
         from ..filters.geometry import mean_edge_length
         from ..filters.neighbours import nearest_neighbours
 
@@ -240,7 +237,7 @@ class MeshData:
 
 
 class LazyAttributes(UserDict[str, Any]):
-    """Attributes by name; a value that is a function is called at the first access, and its result is kept."""
+    """Attributes by name; a value that is a function is called once, at the first access."""
 
     def __getitem__(self, name: str) -> Array:
         if callable(read := self.data[name]):
@@ -259,7 +256,7 @@ class View:
         return getattr(self._mesh, name)
 
     def other(self, mesh_id: int) -> Any:
-        """Returns another layer in the coordinates of this one: the matrices of both place it."""
+        """Returns another layer in the coordinates of this one."""
         mesh, own = self._find(mesh_id), self._mesh.matrix
         if not np.array_equal(own, mesh.matrix):  # type: ignore[arg-type]
             place, here = (np.eye(4) if matrix is None else matrix for matrix in (mesh.matrix, own))

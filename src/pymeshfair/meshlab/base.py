@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`. Most error classes are also a `PyMeshLabException`.
+`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`.
 """
 
 import threading
@@ -22,7 +22,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
-    """Applies a filter to a mesh set without adding it to MeshLab's own script; returns its report."""
+    """Applies a filter without adding it to MeshLab's own script; returns its report."""
     with MESHLAB:
         try:
             result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
@@ -48,22 +48,21 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
 
 @cache
 def _keeper() -> Any:
-    """Returns a mesh set that lives as long as the process."""
     keeper = BASE()
     keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
     return keeper
 
 
 class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
-    """No filter, or no parameter of a filter, has this name; `suggestion` is the nearest name."""
+    """No filter, or no parameter of a filter, has this name."""
 
 
 class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[misc]
-    """A filter does not take that value; the message has the allowed values."""
+    """A filter does not take that value."""
 
 
 class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
-    """A filter could not do its work; the message names the filter and the reason, ``__cause__`` is the filter's own error."""
+    """A filter could not do its work; ``__cause__`` is the filter's own error."""
 
 
 class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]

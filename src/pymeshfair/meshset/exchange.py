@@ -34,21 +34,21 @@ class Arrays:
     faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))  # (m, 3) triangles
     edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that belong to no face
     normals: Floats | None = None  # (n, 3) of the vertices; None to compute them from the faces
-    colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1, or None
-    face_colors: Floats | None = None  # (m, 4), or None
-    uv: Floats | None = None  # (n, 2) texture coordinates of the vertices, or None
-    of_vertices: Values = field(default_factory=dict)  # by name, each (n,) or (n, 3)
-    of_faces: Values = field(default_factory=dict)  # by name, each (m,) or (m, 3)
+    colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1
+    face_colors: Floats | None = None  # (m, 4)
+    uv: Floats | None = None  # (n, 2) texture coordinates of the vertices
+    of_vertices: Values = field(default_factory=dict)  # each (n,) or (n, 3)
+    of_faces: Values = field(default_factory=dict)  # each (m,) or (m, 3)
     lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
     def omit(self, reason: str, **contents: Any) -> None:
-        """Notes a reason and the names of these contents, of those that are not empty; _ in a name stands for a blank."""
+        """Notes in `lost` the reason and the names of those contents that are not empty, with blanks for _."""
         lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
         if lost:
             self.lost.append(f"{reason} the {', '.join(lost)}")
 
     def rgba(self, colors: Any, count: int) -> Floats | None:
-        """Returns (count, 4) colours with opacity, from 0 to 1; None for another number of them, or, with a note, for others."""
+        """Returns (count, 4) RGBA from 0 to 1; None for another number of colours and, with a note, for colours out of range."""
         values = np.asarray(colors)
         if values.ndim != 2 or len(values) != count or count == 0:
             return None
@@ -106,7 +106,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
         arrays.normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
     if layer.matrix is not None:
         arrays.lost.append("the layer's matrix was applied to its coordinates, as other packages do not hold it")
-    if (placed.vertex_colors < 1.0).any():  # a mesh from arrays has white, and scalars of 0, in place of none
+    if (placed.vertex_colors < 1.0).any():  # MeshLab gives a mesh from arrays white vertices, and scalars of 0
         arrays.colors = placed.vertex_colors.copy()
     if len(arrays.faces) and placed.has_face_colors:
         arrays.face_colors = placed.face_colors.copy()
@@ -124,7 +124,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
 
 
 def _attribute_name(name: str, taken: set[str]) -> str:
-    """Returns a name that MeshLab's expressions accept, also if its letters are small, and adds that to the names `taken`."""
+    """Returns a name that MeshLab's expressions accept and, in lower case, is not in `taken`; adds it there."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     plain = plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
     while plain in _VARIABLES or plain.lower() in taken:
@@ -225,7 +225,7 @@ def arrays_of(mesh: Any) -> Arrays:
 
 
 def _of_scene(scene: Any) -> Arrays:
-    """Returns all parts of a trimesh scene, each transformed to its place, as one mesh."""
+    """Returns all parts of a trimesh scene, each at its place, as one mesh."""
     parts = scene.dump()
     if len({type(part) for part in parts}) != 1:
         why = "parts of several kinds: add each of scene.dump() by itself" if parts else "no geometry"
@@ -267,7 +267,7 @@ def _of_trimesh(mesh: Any) -> Arrays:
 
 
 def _polylines(path: Any, points: Floats) -> tuple[Floats, Ints]:
-    """Returns vertices and edges of a Path with curves, which trimesh divides into short edges; equal ends become one vertex."""
+    """Returns vertices and edges of a Path with curves, divided into short edges; equal ends become one vertex."""
     runs = [run for entity in path.entities if len(run := entity.discrete(points, scale=path.scale))]
     places = np.concatenate(runs)
     starts = np.delete(np.arange(len(places)), np.cumsum([len(run) for run in runs]) - 1)
@@ -316,7 +316,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of these names and one of these numbers of columns; None if there is none."""
+    """Removes and returns the first array with one of these names and numbers of columns; None if there is none."""
     name = next((n for n, a in values.items() if n.lower() in names and a.ndim == 2 and a.shape[1] in columns), None)
     return None if name is None else values.pop(name)
 
@@ -330,5 +330,4 @@ def _indices(values: Any) -> Ints:
 
 
 def _values(values: Any) -> Values:
-    """Returns the values of a package as arrays by name."""
     return {str(name): np.asarray(array) for name, array in values.items()} if hasattr(values, "items") else {}

@@ -25,7 +25,6 @@ else:
 #: A length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object of these classes.
 LengthLike: TypeAlias = str | Length | classes.PercentageValue | classes.PureValue
 
-#: A point, a matrix and a colour.
 PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 ColorLike: TypeAlias = Sequence[int] | classes.Color
@@ -33,7 +32,6 @@ ColorLike: TypeAlias = Sequence[int] | classes.Color
 #: by parameter type, the types that a method takes; the function of a filter receives `Parameter.python_type`
 _LIKE: dict[type[Parameter], Any] = {Percentage: LengthLike, Point: PointLike, Color: ColorLike, Matrix: MatrixLike, Shot: Any}
 _WIDTH = 120
-#: the documentation of MeshLab's filters
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 
@@ -87,7 +85,7 @@ def known_filter(name: str) -> Filter | None:
 
 
 def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
-    """Makes the method that applies a filter, with its signature and docstring."""
+    """Makes the method that applies a filter."""
 
     def method(self: Any, **parameters: Any) -> dict[str, Any] | None:
         # methods of pymeshlab return None in place of an empty dictionary
@@ -149,13 +147,13 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    """Returns a description of a filter of MeshLab, made from its names and its menus."""
+    """Returns a description made from names and menus."""
     menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
     return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:
-    """Wraps a paragraph with lines over `_WIDTH`; keeps a paragraph if a line of it does not begin with a letter, as in lists."""
+    """Wraps a paragraph with lines over `_WIDTH`, unless one of its lines does not begin with a letter, as in lists."""
     lines = paragraph.splitlines()
     by_hand = any(not line[:1].isalpha() for line in lines)
     return paragraph if by_hand or max(map(len, lines), default=0) <= _WIDTH else _indented(paragraph, 0)

@@ -32,15 +32,15 @@ from ..running.read import ReadMesh
 from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
-#: the side in pixels of a square picture of a mesh, and of a square view of the distances
+#: the side in pixels of a picture of a mesh, and of a view of the distances
 _PICTURE, _VIEW = 400, 300
-#: the views of the distances, which show every side
+#: the views of the distances
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of a report: one main sentence, and further ones."""
+    """The verdict of a report."""
 
     kind: str  # "good", "info", "warn" or "bad", which the style sheet shows by a colour
     text: str  # the main sentence
@@ -65,9 +65,9 @@ def comparison_page(
 ) -> bytes:
     """Returns the report as the bytes of an HTML file.
 
-    `numbers` is the document that the page shows as JSON, each of `planes` cuts a mesh, and after a run `run` is its record and
-    `provenance` the text of that. By default the comparison gives the verdict, the markers show the areas out of tolerance or the
-    largest distance, and the colours end at the `symmetric_limits` of the distances, but at 1.5 times the tolerance at least.
+    The page shows `numbers` as JSON, and sections of both meshes by `planes`. After a run, `run` is its record and `provenance`
+    the record's text. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
+    distance, and the colours end at the `symmetric_limits` of the distances, but at 1.5 times the tolerance at least.
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
@@ -115,7 +115,7 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
-    """Returns the report of a run as the bytes of an HTML file, from its provenance document and its two meshes."""
+    """Returns the report of a run as the bytes of an HTML file; `record` is the provenance document."""
     compared = compare(state_of(input), state_of(output))
     comparison = replace(compared.comparison, displacement=None)  # the record has the exact one; the file has rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
@@ -123,7 +123,7 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
     names = {key: path.name for key, path in paths.items()}
     provenance = json.dumps(record, indent=2, ensure_ascii=False)
     for folder in (*(path.parent for path in paths.values()), Path.cwd()):
-        # The page does not show the folders of this machine.
+        # Folders of this machine are not shown.
         provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
     return comparison_page(
         replace(compared, comparison=comparison),

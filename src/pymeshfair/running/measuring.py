@@ -35,7 +35,7 @@ class MeasuredMesh:
 
     mesh: MeshData
     measures: SurfaceMeasures | None  # None if they are not wanted
-    connectivity: Connectivity | None  # None if no measures are wanted
+    connectivity: Connectivity | None  # None without measures
     diagonal: float  # of the bounding box of all vertices
     resolution: Callable[[], float]  # returns the mean edge length; for a cloud the mean distance to the nearest point; else 0
 
@@ -79,7 +79,7 @@ def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
 
 
 def self_intersecting_apart(mesh: MeshData) -> Bools:
-    """(m,) the faces that cut others, found in a separate process, because MeshLab may crash."""
+    """Like `self_intersecting`, in a separate process."""
     alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
     with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))

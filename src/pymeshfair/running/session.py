@@ -45,14 +45,14 @@ class Outcome:
 
     before: MeasuredMesh  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a transformation matrix
-    steps: tuple[StepReport, ...]  # the report of each step
+    steps: tuple[StepReport, ...]
     traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
 
 
 class RunCache:
     """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
 
-    It keeps the measures of the mesh, and snapshots of the layers after steps: at most `states` snapshots, those used last.
+    It keeps the measures of the mesh, and up to `states` snapshots of the layers after a step; it drops the least recently used.
     """
 
     def __init__(self, states: int = 8) -> None:
@@ -86,7 +86,7 @@ class Session:
 
     def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
         """The paths of the job must be absolute; new files are written to the folder `new` of the staging folder."""
-        self.warnings: list[str] = []  # the warnings so far
+        self.warnings: list[str] = []
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
@@ -96,7 +96,7 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        """Carry out the job; return the report for the supervisor."""
+        """Carry out the job."""
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
@@ -144,7 +144,7 @@ class Session:
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
-        """Read a file; return its mesh, and its entry in the provenance record."""
+        """Read a mesh; return also its entry in the provenance record."""
         unchecked = self._unchecked if self._job.unchecked else None
         reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
@@ -158,7 +158,7 @@ class Session:
         return load_unchecked(path, self._stage / "meshlab")
 
     def _run_steps(self, earlier: RunCache) -> tuple[StepReport, ...]:
-        """Run the steps, except the first ones whose result is in the cache; return the reports of all."""
+        """Run the steps after those whose result is in the cache; return the reports of all steps."""
         state, reports = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
@@ -228,7 +228,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files and return the report; if a guard is broken, stage the output only with `Job.keep_broken`."""
+        """Stage the files; if a guard is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
@@ -297,7 +297,7 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Write the files to the staging folder; return the output's entry in the provenance record, and the staged files."""
+        """Stage the files; return the output's entry in the provenance record, and the files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
@@ -307,7 +307,7 @@ class Session:
         return described[0] | {"side_files": described[1:]}, staged
 
     def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh (with the connectivity of `former` if the faces are equal); raise `refusal` if it cannot be measured."""
+        """Measure a mesh, see `measure`; raise `refusal` if it cannot be measured."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:
@@ -326,6 +326,5 @@ class Session:
 
 
 def _caused_by_memory(error: BaseException | None) -> bool:
-    """Whether an error, or one of its causes, is a lack of memory."""
     is_lack = isinstance(error, MemoryError) or "bad_alloc" in str(error)
     return error is not None and (is_lack or _caused_by_memory(error.__cause__))

@@ -28,7 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: the tolerance for .3mf files, as a share of the diagonal; a random number in them makes their bytes differ each time
+#: the tolerance for .3mf files, as a share of the diagonal; they contain a random number
 _ROUNDING = 1e-6
 
 
@@ -37,7 +37,7 @@ class Verification:
     """The result of `verify_output`."""
 
     verdict: Verdict
-    findings: tuple[str, ...] = ()  # sentences that say what differs, and where
+    findings: tuple[str, ...] = ()  # sentences on what differs, and where
     notes: tuple[str, ...] = ()  # sentences on changes that made no difference
 
 
@@ -52,7 +52,7 @@ def verify_output(
     on_event: Callable[[Event], None] = lambda event: None,
     by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
-    """Check an output against the provenance beside it, repeat the run, and compare the two outputs.
+    """Check an output against the provenance beside it, repeat the run, and compare the outputs.
 
     The provenance may come from a stranger. So the recipe in the provenance must equal the shipped recipe or the recipe's file,
     unless `recorded` is True. `allow_outside` and `unchecked`, which weaken the checks of a run, must be given again.
@@ -91,7 +91,7 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it into a folder, under the name it had: OBJ files have that in them."""
+    """The changes since the run, or the plan to repeat it in a folder. The output has its old name, which OBJ files contain."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
@@ -140,7 +140,6 @@ def _compared(output: Path, record: Mapping[str, Any], plan: _Plan) -> Verificat
 
 
 def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Sentences on files that differ from their entries."""
     for path, entry in zip(paths, entries, strict=True):
         if not path.is_file():
             yield f"{path} is not there any more"
@@ -180,7 +179,7 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """The differences of two outputs that are larger than chance explains."""
+    """Sentences on differences above the tolerance."""
     for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if old != new:
             yield f"it had {old:,} {kind}, and has {new:,} now"

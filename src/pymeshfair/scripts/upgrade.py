@@ -1,7 +1,7 @@
 """Brings a script of an older MeshLab up to date, by the table of facts about former filters and parameters.
 
-Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay as they are, and are
-refused as in any other script. Upgrading an upgraded script changes nothing.
+Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay, and are refused as in
+any other script.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,14 +30,14 @@ _WHOLE = "without this parameter MeshLab worked only on the faces that had close
 
 @dataclass(frozen=True)
 class Upgrade:
-    """An upgraded script, for today's MeshLab."""
+    """An upgraded script."""
 
-    script: Script  # the script in its new form
+    script: Script
     changes: tuple[Change, ...]  # in the order of the old script; empty if it was up to date
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The changes that alter the meaning of the script."""
+        """The changes that alter the meaning."""
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
@@ -56,7 +56,6 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
     aged, always_current = False, set[int]()
     for element in document.filters:
         former = former_filter(element.name or "")
-        # Some elements can only come from an older MeshLab.
         aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)
         aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
@@ -171,7 +170,7 @@ def _fact(
 
 
 def _typed(parameter: Parameter, attributes: Attributes, line: int) -> ParamElement:
-    """The element with the type and attributes that MeshLab needs; unchanged if the value is not of that type."""
+    """The element with the type and attributes that MeshLab needs; unchanged if the value does not fit."""
     typed = dict(attributes)
     numbers = [] if isinstance(parameter, Bool | String | Shot) else spelled(parameter, attributes)
     if isinstance(parameter, Bool):

@@ -1,7 +1,7 @@
 """Writes .mlx scripts from which MeshLab, pymeshlab and `read_script` read the same numbers.
 
 MeshLab itself writes six digits, and attributes in random order. Here numbers read back exactly, and the same script always has
-the same bytes. An exported script needs only MeshLab: it has MeshLab's filters and lengths in mesh units.
+the same bytes.
 """
 
 import re
@@ -21,7 +21,7 @@ from .values import param_attributes
 
 #: the bounding-box diagonal for absolute values if no mesh is given: MeshLab then reads "1%" as 1
 NOMINAL_DIAGONAL = 100.0
-NOMINAL_EDGE = 0.25  # the mean edge length in the same case: 1/400 of the diagonal
+NOMINAL_EDGE = 0.25  # the mean edge length in the same case
 
 #: characters that XML does not allow, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -95,7 +95,7 @@ def write_script(
 class MeshFacts:
     """The properties of the mesh for which a script is exported."""
 
-    diagonal: float  # the diagonal of its bounding box
+    diagonal: float  # of its bounding box
     mean_edge: float  # the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour
     closed: bool  # whether every edge has two faces
 
@@ -105,8 +105,8 @@ def export_script(
 ) -> tuple[str, tuple[str, ...]]:
     """The script for MeshLab's desktop and plain pymeshlab, and one sentence for each filter that was replaced.
 
-    A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, guards (limits of a
-    run) and the unit are left out, as MeshLab ignores them.
+    A filter of a plugin is replaced by the equivalent filter of MeshLab that it declares. Settings, tags, guards and the unit are
+    left out, as MeshLab ignores them.
 
     `mesh` is needed for relative lengths, and for filters that have an equivalent only on closed meshes. `lengths` has, for each
     step, lengths in mesh units by Python parameter name; in MeshLab's own filters they replace the lengths computed from `mesh`.

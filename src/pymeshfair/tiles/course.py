@@ -1,4 +1,4 @@
-"""Runs a recipe by tiles, parts that fit into memory: checks the job, does its steps by tiles, writes the output by slices."""
+"""Runs a recipe by tiles, parts that fit into memory."""
 
 import shutil
 import time
@@ -115,7 +115,7 @@ class _TiledRun:
 
     job: Job
     most: int | None  # the largest number of points or vertices of a tile
-    share: Budget  # workers and their memory
+    share: Budget
     tasks: Tasks
     folder: Path  # of temporary files
     staged: Path  # the output in the staging folder
@@ -123,7 +123,7 @@ class _TiledRun:
     steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
-        """Does the steps on a cloud and writes the result; returns the report."""
+        """Does the steps on a cloud and writes the result."""
         source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
             rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
@@ -144,7 +144,7 @@ class _TiledRun:
         return self._report(stages, {"points": count, "low": low, "high": high}, notes)
 
     def move(self, plan: Sequence[PlannedStep]) -> Report:
-        """Moves the vertices of a mesh and writes the result; returns the report."""
+        """Moves the vertices of a mesh and writes the result."""
         mesh, tile, most = MeshFile(self.job.input), self.share.tile, self.most
         for step in plan:
             with self._step(step.step) as (values, progress):
@@ -162,7 +162,7 @@ class _TiledRun:
         return self._report([{**sizes, "tiles": len(tiles)}] * len(plan), after)
 
     def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: Sequence[str] = ()) -> Report:
-        """Returns the report; `stages` has the sizes before each step, `after` those of the result, `notes` further warnings."""
+        """Returns the report; `stages` has the sizes before each step, `after` those of the result."""
         report = Report(
             input={},
             output=described_file(self.staged, named=self.job.output) | {"side_files": []},
@@ -206,7 +206,6 @@ class _TiledRun:
 
 
 def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
-    """Returns the measures for a report, from the number of points and their box."""
     sides = [float(b - a) if sizes["points"] else 0.0 for a, b in zip(sizes["low"], sizes["high"], strict=True)]
     diagonal = sum(s * s for s in sides) ** 0.5
     return {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
@@ -259,7 +258,6 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
 
 @contextmanager
 def _as_failures_of_run(job: Job) -> Iterator[None]:
-    """Turns errors of tasks into the errors of a run, `InputError` and `OutputError`."""
     try:
         yield
     except ContentsError as error:

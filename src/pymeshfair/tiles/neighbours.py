@@ -1,7 +1,7 @@
 """The k nearest neighbours of each point of a cloud in tiles; the steps that use them: selection of stray points, and normals.
 
 Neighbours are searched in the tile, a range of cells, and in the cells around it. A pass over a tile reads results of the
-previous pass for points around the tile, so all tiles must finish a pass before the next pass begins.
+previous pass for points around the tile, so all tiles must finish a pass before the next begins.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _AT_ONCE = 4096
 class TilePoints:
     """The points of a tile, each with its k nearest neighbours, in the order of a k-d tree."""
 
-    cells: Cells  # the cloud
+    cells: Cells
     first: int  # the first cell of the tile
     last: int  # the cell after the last one
     points: Floats  # (n, 3) coordinates, divided by the scale of the cells
@@ -68,11 +68,9 @@ class TilePoints:
 
     @property
     def begin(self) -> int:
-        """Returns the first slot of the tile."""
         return int(self.cells.starts[self.first])
 
     def by_slot(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Sorts values of the points by slot."""
         ordered = np.empty_like(values)
         ordered[self.slots - self.begin] = values
         return ordered
@@ -147,7 +145,7 @@ class TilePoints:
 class PointTiles:
     """The tasks of a step on a cloud in cells. A task that is done twice gives the same files."""
 
-    cells: Cells  # the cloud
+    cells: Cells
     values: Mapping[str, Any]  # the parameters of the step
     k: int  # number of neighbours of a point
     most: int  # the largest number of points of a tile
@@ -160,7 +158,7 @@ class PointTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the results; a tile has the rows from its first slot to its last, and its points are sorted by number there."""
+        """Returns the results. Those of a tile lie in the rows of its slots, sorted by the numbers of its points."""
         return Results(Column(self.cells.folder / "results", *self.result))
 
     @property
@@ -176,11 +174,11 @@ class PointTiles:
         self.results.values.write(begin, results)
 
     def saved(self, first: int) -> Path:
-        """Returns the path of the arrays that a tile keeps for a later task; `first` is its first cell."""
+        """Returns the path of the arrays that the tile with this first cell keeps for a later task."""
         return self.cells.folder / f"aside-{first}.npz"
 
     def load_saved(self, tiles: Ranges, *names: str) -> Iterator[NDArray[Any]]:
-        """Yields one array for each name: the arrays with this name that all tiles have saved, concatenated."""
+        """Yields for each name the saved arrays of all tiles, concatenated."""
         archives = []
         for first, _ in tiles:
             with np.load(self.saved(first)) as archive:
@@ -196,7 +194,6 @@ class Links(Part):
 
     @classmethod
     def of(cls, step: PointTiles, first: int, last: int) -> Links:
-        """Reads the links of the points in the cells from `first` to before `last`."""
         begin, end = step.cells.slots_of(first, last)
         slots = step.links.read(begin, end).reshape(end - begin, -1)
         part = Part(begin, end, np.unique(slots[((slots < begin) | (slots >= end)) & (slots != outliers.NO_LINK)]))
@@ -214,7 +211,6 @@ class StrayTiles(PointTiles):
 
     @property
     def _rule(self) -> outliers.StrayRule:
-        """Returns the rule for stray points, with the parameters of the step."""
         return outliers.StrayRule(self.k, self.values["sparseness"], self.values["smallest_part"])
 
     def _chosen(self, joined: int) -> Column:
@@ -231,7 +227,7 @@ class StrayTiles(PointTiles):
         tasks.map(self.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes neighbours, spacings and thicknesses of the points in the cells from `first` to before `last`."""
+        """Writes neighbours, spacings and thicknesses of the points of a tile."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         thickness = outliers.thicknesses(tile.points, tile.numbers, tile.nearest)
         slots, lasts = tile.slots[tile.nearest], tile.numbers[tile.nearest[:, -1]]
@@ -280,14 +276,14 @@ class StrayTiles(PointTiles):
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
-        """Also chooses the points with enough links to chosen points; `number` is the number of this pass, from 1."""
+        """Also chooses the points with enough links to chosen points, in pass `number`, from 1."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
         joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
         self._chosen(number).write(links.begin, joined)
 
     def connect(self, first: int, last: int) -> None:
-        """Finds the parts within a tile, and marks small parts as stray; `across` judges parts that reach into other tiles."""
+        """Finds the parts within a tile, and marks small parts as stray, except those that reach into other tiles."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(outliers.JOINED)) > 0
         count = len(links.to)
@@ -306,7 +302,7 @@ class StrayTiles(PointTiles):
         self.results.write(links.begin, links.read_inside(self.cells.numbers), ~chosen[:count] | small[parts])
 
     def across(self, tiles: Ranges) -> Longs:
-        """Joins parts across tiles; returns the stray parts, ascending."""
+        """Joins the parts that reach into other tiles; returns those that are stray, ascending."""
         parts, sizes, sums, inner, others = self.load_saved(tiles, "parts", "sizes", "sums", "inner", "others")
         ends = np.searchsorted(parts, inner), np.searchsorted(parts, self._parts.gather(others))
         graph = sparse.coo_matrix((np.ones(len(inner), np.int8), ends), shape=(len(parts), len(parts)))
@@ -317,18 +313,17 @@ class StrayTiles(PointTiles):
         return stray
 
     def finish(self, stray: Longs, first: int, last: int) -> None:
-        """Marks the points of the `stray` parts, which `across` returns."""
+        """Marks the points of the `stray` parts."""
         begin, end = self.cells.slots_of(first, last)
         is_stray = np.isin(self._parts.read(begin, end), stray)
         self.amend(first, last, self.cells.numbers.read(begin, end)[is_stray], 1)
 
 
 class NormalTiles(PointTiles):
-    """The tasks of the filter Compute normals for point sets; the results are the normals.
+    """The tasks of the filter Compute normals for point sets.
 
-    Fits planes to neighbours, smooths their normals, and orients them: towards a view point, or consistently along minimum
-    spanning trees, first within each tile and then across tiles. Apart from their signs, normals have the same bits for any
-    division into tiles, since links are sorted by number.
+    Normals are oriented towards a view point, or consistently along minimum spanning trees, first within each tile and then
+    across tiles. Apart from signs, normals have the same bits for any division into tiles, since links are sorted by number.
     """
 
     result = "<f8", 3
@@ -338,11 +333,10 @@ class NormalTiles(PointTiles):
 
     @property
     def iterations(self) -> int:
-        """Returns how often normals are smoothed."""
         return int(self.values["smoothiter"])
 
     def directions(self, iteration: int) -> Column:
-        """Returns the column of the normals, by slot, after this number of smoothing iterations."""
+        """Returns the column of the normals after this number of smoothing iterations."""
         return Column(self.cells.folder / f"directions-{iteration}", "<f8", 3)
 
     def do(self, tasks: Tasks, tiles: Ranges, size: int, progress: Callable[[float], None]) -> None:
@@ -359,7 +353,7 @@ class NormalTiles(PointTiles):
         tasks.map(self.finish, [(flipped, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes the neighbours of the points in the cells from `first` to before `last`."""
+        """Writes the neighbours of the points of a tile."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         slots = _by_number(tile.numbers[tile.nearest], tile.slots[tile.nearest])
         for rows, nearest in tile.search_around(self.most):
@@ -378,11 +372,9 @@ class NormalTiles(PointTiles):
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.to))
 
     def forget(self, iteration: int) -> None:
-        """Removes the normals of an iteration."""
         self.directions(iteration).path.unlink(missing_ok=True)
 
     def orient(self, first: int, last: int) -> None:
-        """Orients the normals of a tile consistently."""
         links = Links.of(self, first, last)
         normals = links.read_inside(self.directions(self.iterations))
         count = len(normals)
@@ -407,7 +399,7 @@ class NormalTiles(PointTiles):
         np.savez(self.saved(first), parts=names, ups=ups, pairs=pairs, votes=votes)
 
     def across(self, tiles: Ranges) -> Longs:
-        """Returns the parts to flip, ascending, so that connected parts agree, and the sum of their normals points up."""
+        """Returns the parts to flip, ascending: connected parts then agree, and the sum of their normals points up."""
         parts, ups, pairs, votes = self.load_saved(tiles, "parts", "ups", "pairs", "votes")
         ends = np.searchsorted(parts, pairs)
         both, at = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)  # a pair may occur in both orders
@@ -432,7 +424,6 @@ class NormalTiles(PointTiles):
 
 
 def _by_number(numbers: Longs, slots: Longs) -> Longs:
-    """Sorts the (n, k) slots of neighbours by their numbers."""
     return np.take_along_axis(slots, np.argsort(numbers, axis=1), axis=1)
 
 

@@ -1,6 +1,6 @@
-"""Plans runs by tiles: the steps that tiles allow, the rings of faces that steps read, the size of tiles, and the disk space.
+"""Plans runs by tiles: the steps that tiles allow, the rings that steps read, the size of tiles, and the disk space.
 
-Formulas predict the bytes in memory and on the disk; ``benchmarks/scale.py`` measures these bytes.
+``benchmarks/scale.py`` measures the bytes in memory and on the disk that formulas here predict.
 """
 
 import inspect
@@ -24,7 +24,6 @@ LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_s
 SURPLUS = "compute_selection_by_grid_per_vertex"
 #: the step that removes coincident points, except the first of them
 DUPLICATES = "meshing_remove_duplicate_vertices"
-#: the step that gives points normals
 POINT_NORMALS = "compute_normal_for_point_clouds"
 _ON_CLOUDS = (LOOP, STRAYS, SURPLUS, DUPLICATES, POINT_NORMALS)
 _DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
@@ -64,16 +63,15 @@ _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, 
 
 @dataclass(frozen=True)
 class PlannedStep:
-    """A step by tiles: it selects points of a cloud, computes their normals, or moves the vertices of a mesh."""
+    """A step by tiles."""
 
     step: int  # its number, from 1
     filter: str  # the Python name
-    values: Mapping[str, Any]  # the values of its parameters
+    values: Mapping[str, Any]
     deletes: bool = False  # whether the points found are deleted, by `DUPLICATES` itself or by the step after a selection
 
     @property
     def is_on_cloud(self) -> bool:
-        """Returns whether the step is for clouds."""
         return self.filter in _ON_CLOUDS
 
     @property
@@ -113,7 +111,7 @@ def _refusal(script: Script, number: int, why: str) -> ScriptError:
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
-    """Returns why a filter, given by its Python name and all its values, cannot be done by tiles; None if it can."""
+    """Returns why a filter with these values cannot be done by tiles; None if it can."""
     if filter == POINT_NORMALS and values["k"] < 3:
         return "computes normals from fewer than three points"
     if filter == SURPLUS and values["side"].unit == "edge":
@@ -146,9 +144,9 @@ def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
 class Filtering:
     """The parameters of normal filtering, none of them automatic."""
 
-    settings: denoising.NormalFilter  # the filter of the normals
-    vertex_iterations: int  # the number of steps of the vertices in a round
-    outer_iterations: int  # the number of rounds
+    settings: denoising.NormalFilter
+    vertex_iterations: int  # the steps of the vertices in a round
+    outer_iterations: int  # the rounds
     vertex_update: Any  # how vertices are fitted to the filtered normals
     outliers: str  # the treatment of vertices that stand out
     rounding: str  # the treatment of terraces that rounded coordinates form
@@ -170,7 +168,6 @@ def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
 
 
 def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the parameters that are not automatic."""
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
@@ -206,7 +203,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """Returns how many rings of faces around each vertex a step reads, if it is explicit smoothing or one of Taubin's filters."""
+    """Returns how many rings of faces around each vertex explicit smoothing or one of Taubin's filters reads."""
     if step.filter == MESHLAB:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
@@ -227,7 +224,7 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
 COMMAND, WORKER = 160_000_000, 280_000_000
 #: the least bytes that a worker has for tiles; if memory does not suffice for all processors, there are fewer workers
 LEAST = 60_000_000
-#: a tile is planned to take this share of the bytes that a worker has for tiles; the rest is for errors of the prediction
+#: a tile is planned to take this share of the bytes that a worker has for tiles, since predictions have errors
 SHARE = 0.85
 
 
@@ -235,9 +232,9 @@ SHARE = 0.85
 class Budget:
     """Workers and their memory."""
 
-    workers: int  # processes
-    threads: int  # threads of each worker
-    tile: int  # bytes that a tile may take in each worker
+    workers: int
+    threads: int  # of each worker
+    tile: int  # bytes that a tile may take
 
 
 def budget(memory: int, processors: int) -> Budget:

@@ -39,7 +39,7 @@ from ..scripts.script import Script
 MOST_VERTICES, PART = 200_000, 50_000
 #: the side of the cube for coordinates (see `pack_scene`), in longest sides of the scan; results may be larger than the scan
 _ROOM = 1.5
-#: if a file with this name appears in the folder of a run, the run stops
+#: a run stops if a file with this name appears in its folder
 STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
@@ -51,8 +51,8 @@ class Scan:
     """The scan of the tuning page."""
 
     path: Path
-    vertices: int  # the number of vertices
-    diagonal: float  # the diagonal of the bounding box, in mesh units
+    vertices: int
+    diagonal: float  # of the bounding box, in mesh units
     mean_edge: float  # the mean edge length, or for a cloud the mean distance to the nearest point, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
     warnings: tuple[str, ...]  # contents that reading could not keep
@@ -66,7 +66,7 @@ def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) ->
 
 
 def part_of(mesh: MeshData, count: int) -> MeshData:
-    """Returns a part with about `count` vertices: those nearest to the highest vertex (in z) that is near the median x and y."""
+    """Returns about `count` vertices: those nearest to the highest vertex (in z) that is near the median x and y."""
     vertices = mesh.vertices
     offsets = vector_lengths(vertices[:, :2] - np.median(vertices[:, :2], axis=0))
     central = np.flatnonzero(offsets <= max(float(offsets.min()), 0.01 * mesh.diagonal))
@@ -109,7 +109,7 @@ class Bench:
         return {"warnings": session.warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
-        """Returns the numbers of the last result, and its mesh with distances as colours."""
+        """Measures the last result; returns also its mesh with distances as colours."""
         assert self._result is not None
         mesh, shown = self._result
         report_event = _stoppable(stage)
@@ -137,7 +137,7 @@ class Bench:
 
 
 def _stoppable(stage: Path) -> Callable[[Event], None]:
-    """Returns a function that reports events, and raises `Stopped` at the first event after the file `STOP` was made."""
+    """Returns a function that reports events, and raises `Stopped` once the file `STOP` exists."""
 
     def report_event(event: Event) -> None:
         if (stage / STOP).exists():
@@ -152,7 +152,7 @@ _bench = cache(Bench)
 
 
 def at_bench(scan: Scan, work: str, *arguments: Any) -> Result:
-    """Calls a method of the bench of a scan: the task of the worker process."""
+    """Calls a method of the bench of a scan."""
     result: Result = getattr(_bench(scan.path, scan.part), work)(*arguments)
     return result
 
@@ -173,7 +173,6 @@ class Workshop:
         self._lock = asyncio.Lock()
 
     async def open(self) -> Result:
-        """Returns the measures and the mesh of the scan."""
         async with self._lock:
             await self._stop()
             return await self._result("opening")
@@ -197,18 +196,16 @@ class Workshop:
             return self._task
 
     async def stop(self) -> None:
-        """Stops the current run."""
         async with self._lock:
             await self._stop()
 
     async def close(self) -> None:
-        """Stops the current run, and ends the process."""
         async with self._lock:
             await self._stop()
             await self._end_process()
 
     async def _stop(self) -> None:
-        """Stops the current run; kills the process if the run does not stop in time."""
+        """Stops the current run, or kills the process if the run does not stop in time."""
         task, self._task = self._task, None
         if task is None or task.done():
             return

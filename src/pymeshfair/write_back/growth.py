@@ -1,4 +1,4 @@
-"""Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters, since no single filter does it.
+"""Adds vertices and faces to a mesh in place, by a sequence of MeshLab's filters.
 
 Subdivision makes vertices and faces; merging coincident vertices joins the corners of faces. So one face, the seed, is cut out
 and subdivided into enough faces, and these faces are cut apart. Each vertex that is to become vertex i moves to (i, 0, 0), and
@@ -72,7 +72,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 
 def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
-    """Restores the number of vertices and the faces after a complete or partial `grow`; takes the old `vertices` and `faces`."""
+    """Restores the old number of `vertices` and the old `faces` after a complete or partial `grow`."""
     if mesh.face_number() > len(faces):
         bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
         bench.apply("meshing_remove_selected_faces")
@@ -87,7 +87,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
-    """Returns the seed, if possible a triangle outside polygons, and whether the polygons had to be triangulated."""
+    """Returns the seed, if possible a triangle outside polygons, and whether polygons were triangulated."""
     # No edge has length 0 now, so these total lengths are equal only without polygons. A list of polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
@@ -108,7 +108,7 @@ def _cut_out(bench: Workbench, mark: str) -> None:
 
 
 def _subdivisions(vertices: int, faces: int) -> int:
-    """Returns how often to divide the seed for `vertices` usable vertices and `faces` faces with all corners made by cutting."""
+    """Returns how often to divide the seed: enough for `vertices` and for `faces` whose corners are all made by cutting."""
     times = 1
     while True:
         side = 2**times
@@ -120,5 +120,4 @@ def _subdivisions(vertices: int, faces: int) -> int:
 
 
 def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
-    """Moves vertex i to (target[i], 0, 0)."""
     bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

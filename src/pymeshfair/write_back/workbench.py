@@ -69,7 +69,7 @@ def wedges_of(mesh: Any) -> Any:
 
 
 class Workbench:
-    """Reads the layers of a mesh set, and applies MeshLab's filters outside its script and without output on the screen.
+    """Reads the layers of a mesh set, and applies MeshLab's filters.
 
     It calls only methods of the class `pymeshlab.MeshSet`, even if a subclass overrides them.
 
@@ -87,7 +87,6 @@ class Workbench:
         self.prints_parameters = False
 
     def has_current(self) -> bool:
-        """Whether the mesh set has a current layer."""
         try:
             BASE.current_mesh_id(self.meshset)
         except pymeshlab.PyMeshLabException:
@@ -125,7 +124,7 @@ class Workbench:
         )
 
     def check(self, mesh_id: int, where: str = "") -> None:
-        """Raises `UnknownLayerError` if there is no layer of that id; the message begins with `where`."""
+        """Raises `UnknownLayerError` if no layer has that id; the message begins with `where`."""
         if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
             return
         layers = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"

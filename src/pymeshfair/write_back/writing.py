@@ -1,7 +1,4 @@
-"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly.
-
-If adding elements to a layer fails or is interrupted, the layer is restored.
-"""
+"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly."""
 
 import tempfile
 from collections.abc import Callable, Iterator
@@ -70,7 +67,7 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restores the current layer; returns the names of the lost data."""
+        """Restores the layer; returns the names of the lost data."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -225,7 +222,7 @@ def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints |
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """Returns the image of a mesh with one texture; with several textures, pymeshlab does not give the texture of each face."""
+    """Returns the image of a mesh with one texture; with several, pymeshlab does not give the texture of each face."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
@@ -297,7 +294,7 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
-    """Writes the values of a kind, "normal" or "scalar", to vertices or faces."""
+    """Writes values of a kind, "normal" or "scalar"."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
@@ -327,7 +324,7 @@ def _channels(mesh: Any, element: Element) -> Floats:
 
 
 def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bools) -> None:
-    """Sets the selection of vertices or faces of the current layer."""
+    """Sets the selection of vertices or faces."""
     name = f"{element}_selection"
     if np.array_equal(read_array(mesh, name), selection):
         return
@@ -341,5 +338,5 @@ def write_selection(bench: Workbench, mesh: Any, element: Element, selection: Bo
 
 
 def verify(mesh: Any, name: str, wanted: NDArray[Any]) -> None:
-    """Raises `MeshError` unless the array `name` of the mesh, named as in `Layer`, is exactly `wanted`."""
+    """Raises `MeshError` unless the array of the mesh, named as in `Layer`, is exactly `wanted`."""
     check_taken(mesh, read_array(mesh, name), wanted, f"new {name.replace('_', ' ')}")
