@@ -18,7 +18,7 @@ class ImportedWhenUsed:
     def __getattr__(self, attribute: str) -> Any:
         """Returns the attribute of the module, or its submodule of this name."""
         if attribute.startswith("__"):
-            raise AttributeError(attribute)  # inspection does not import the module
+            raise AttributeError(attribute)  # tools that inspect objects must not cause the import
         module = importlib.import_module(self._name)
         try:
             value = getattr(module, attribute)

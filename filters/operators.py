@@ -54,10 +54,10 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: Weights treat every edge as at least this share of the mean edge long, so that they stay finite. 32-bit coordinates do not
-#: resolve shorter edges.
+#: For weights, shorter edges than this share of the mean edge count as that long, so that weights stay finite. 32-bit
+#: coordinates do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: Cotangents treat the doubled area of a triangle as at least this share of its summed squared edges: they stay below 1e10.
+#: For cotangents, the doubled area of a triangle is at least this share of its summed squared edges: they stay below 1e10.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
 # Up to this number, the ends of edges at a vertex are sorted by insertion, which takes quadratic time.
@@ -229,7 +229,7 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
 
 
 def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
-    """Assembles the stiffness; unless `areas` is empty, also fills it, for the mesh after `scaled_to_unit`."""
+    """Assembles the stiffness. Fills `areas`, unless it is empty, with the areas after `scaled_to_unit`."""
     n = len(vertices)
     points, _ = scaled_to_unit(vertices)
     end_offsets, ends = ring_ends(faces, n)
@@ -332,8 +332,8 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    Otherwise the area of a thin triangle would differ by rounding errors as large as itself. The stiffness is semidefinite only
-    if all three cotangents are computed with the same area.
+    In another order the area of a thin triangle would differ by rounding errors as large as itself. The stiffness is
+    semidefinite only if all three cotangents are computed with the same area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)

@@ -167,7 +167,7 @@ def apply_coord_region_fairing(
     For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles are all
     selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around the region, so
     select all of the damage and one ring more. Returns how many vertices moved, and the solution's backward error, number of
-    corrections, and last correction as a share of the region's diagonal. With `remesh`: the numbers of old and new elements.
+    corrections, and last correction as a share of the region's diagonal. With `remesh`: numbers of old and new elements instead.
 
     Args:
         iterations: How often to solve, each time with the areas and angles of the previous result. With more, the old shape

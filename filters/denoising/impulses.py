@@ -129,7 +129,7 @@ def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Boo
     # In mean edges, so that squares neither underflow nor overflow.
     lengths = np.linalg.norm(offsets / (mean_edge_length(vertices, faces) or 1.0), axis=1)
     of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
-    # Slightly longer offsets may be chance.
+    # Slightly longer offsets of outliers may be chance.
     share = 1.0 - of_others / of_outliers if tuned.LARGER * of_others < of_outliers else 0.0
     return np.where(outlying[:, None], vertices + share * offsets, vertices)
 
@@ -164,7 +164,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
 
 
 def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
-    """Returns the median absolute `height_residuals` of `scored` vertices beside outliers, and of other `scored` vertices."""
+    """Returns the median absolute `height_residuals` of `scored` vertices beside outliers, and of those elsewhere; 0 for none."""
     sizes = np.abs(height_residuals(points, one_rings(faces, len(points)), normals, outlying))
     beside, counted = with_neighbours(outlying, edges(faces)), scored & ~outlying
     near, far = (float(np.median(sizes[which])) if which.any() else 0.0 for which in (counted & beside, counted & ~beside))

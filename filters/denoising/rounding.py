@@ -28,7 +28,7 @@ class Rounding(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The largest median step between the levels of an axis. Rounding is noise of standard deviation step / sqrt(12)."""
+        """The median step between levels, the largest of all axes. Rounding is noise of standard deviation step / sqrt(12)."""
         return max(float(np.median(np.diff(levels))) for levels in self.levels)
 
     @property

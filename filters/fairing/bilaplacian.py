@@ -42,7 +42,7 @@ _QUICK_FACTORS, _MOST_ROWS = 150_000, 3_000_000
 _RANGE, _ITERATIONS = 0.25, 10
 # The least feature weight: above 0, so that sharp ridges do not keep all their noise.
 _LEAST = 1e-4
-# Multigrid cycles for one inverse of the H of `InnerSolver`. With one cycle, detail sizes of many edges take twice the steps.
+# Multigrid cycles for one inverse of H, see `InnerSolver`. With one cycle, detail sizes of many edges take twice the steps.
 _CYCLES = 2
 
 

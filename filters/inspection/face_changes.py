@@ -21,7 +21,7 @@ _STEPS, _STEP = 12, 2.0 / 3.0
 
 
 class SharpEdges(NamedTuple):
-    """Edges, see `sharp_edges`."""
+    """The result of `sharp_edges`."""
 
     pairs: Ints  # (k, 2) the vertices
     faces: Ints  # (k, 2) the two faces

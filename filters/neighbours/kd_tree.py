@@ -169,7 +169,7 @@ def _partition(rows: Floats, start: int, stop: int, middle: int, column: int) ->
 def keep_nearest(
     near: Floats, at: Ints, q: int, count: int, k: int, most: int, bound: float, indices: Ints
 ) -> tuple[int, float, int]:
-    """Moves the nearest k to `most` candidates to the front; returns their number, and new bounds on distance and index."""
+    """Moves the nearest candidates, k to `most` of them, to the front; returns how many, and new bounds on distance and index."""
     if count <= most:
         return count, bound, ANY_INDEX
     low, high = 0.0, bound
@@ -214,7 +214,7 @@ def _count_within(near: Floats, q: int, count: int, limit: float) -> int:
 
 @compiled(nogil=True)
 def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Keeps the candidates within a distance."""
+    """Keeps the candidates within a distance, in a loop without branches."""
     front = np.uint64(0)
     for i in range(count):
         distance = near[q, i]
@@ -224,7 +224,7 @@ def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> No
 
 @compiled(nogil=True)
 def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
-    """Moves the candidates within a distance before the others."""
+    """Moves the candidates within a distance before the others, in a loop without branches."""
     front = np.uint64(0)
     for i in range(count):
         distance, position = near[q, i], at[q, i]
@@ -322,7 +322,7 @@ def _find(tree: KdTree, indices: Ints, distances: Floats, first: int, last: int)
 def _sort_rows(
     index_at: Ints, start: int, positions: Ints, squared: Floats, scale: float, indices: Ints, distances: Floats
 ) -> None:
-    """Writes the neighbours of each point, sorted by distance, then by index."""
+    """Writes the neighbours of each point, sorted by distance, then by index; `start` is the position of the first point."""
     k = positions.shape[1]
     keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
@@ -449,7 +449,7 @@ def _gaps(coordinates: Floats, leaf: int, boxes: Floats, node: int, gaps: Floats
 
 @compiled(nogil=True)
 def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
-    """Whether a box at the squared distance `gap` can hold a candidate."""
+    """Whether a box at the squared distance `gap`, with the `lowest` index, can hold a candidate."""
     return gap < bound or (gap == bound and lowest < tie)
 
 

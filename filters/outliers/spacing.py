@@ -10,8 +10,8 @@ from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
 _NEIGHBOURS = 6
-#: A part is sparse if the median spacing at `_AROUND` points is over 1 / `_SHARE` times the spacing of the cloud. Borders and
-#: clouds of random points hardly ever reach that.
+#: A place is sparse if the median spacing at the nearest `_AROUND` points is over 1 / `_SHARE` times the spacing of the cloud.
+#: Borders and clouds of random points hardly ever have such a median.
 _AROUND, _SHARE = 20, 2.0 / 3.0
 # All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53

@@ -292,7 +292,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes not `in_meshlab`, for elements of the old numbers `ids`; new elements (-1) get 0, their polygon is -1."""
+    """The attributes not `in_meshlab`, by the old numbers `ids` of elements; new elements (-1) get 0, and -1 as ``polygon``."""
     carried: dict[str, Any] = {}
     for name, values in attributes.items():
         if name not in in_meshlab:

@@ -108,7 +108,7 @@ def _verdict(summary: Summary) -> Verdict:
 
 
 def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
-    """Returns, for each kind of warning, one text, the number of scans, and up to `_EXAMPLES` names; the most frequent first.
+    """Returns for each kind of warning a text, the number of scans, and up to `_EXAMPLES` of their names; most frequent first.
 
     Warnings that differ only in numbers are of one kind.
     """

@@ -49,7 +49,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
 
 def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[RequestedScan], list[str]]:
-    """Drops scans in `folder` or made from other scans, unless named directly; returns kept scans and texts on dropped ones."""
+    """Drops scans in `folder` or made from other scans, unless named directly; returns the kept scans, and texts on the rest."""
     inputs, kept, dropped, root = {scan.input for scan in scans}, list[RequestedScan](), list[str](), folder.resolve()
     for scan in scans:
         record = None if scan.folder is None else read_provenance(scan.input)

@@ -89,7 +89,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the noise that `FILTER` found: its `drift` includes impulses, the trait ``noise`` hardly does."""
+    """The traits, with the noise that `FILTER` found: the value ``drift`` includes impulses, the trait ``noise`` hardly any."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
@@ -136,7 +136,7 @@ def _trials(
     # If neighbours share their noise, held-out vertices are no evidence, and waves of noise look like relief. So recipes with
     # `FILTER` get the error that `FILTER` reports for its best setting, and all other recipes at least the unfiltered error.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
-    # With rounded coordinates the error of the unfiltered scan may be smaller than its noise.
+    # Rounded coordinates may make the error of the unfiltered scan too small; the noise is a lower bound.
     unfiltered = max(errors[0], traits["noise"])
     best = min(unfiltered, min(values["tried"], key=lambda trial: float(trial["excess"]))["error"])
     return {

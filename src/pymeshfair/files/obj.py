@@ -58,7 +58,7 @@ _OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
-#: the numbers of a vertex: a position, then nothing, a weight, a colour, or a colour and an opacity
+#: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
 #: the most corners of a face, since the time of triangulation grows with its square
 LARGEST_FACE = 10_000
@@ -260,7 +260,7 @@ def lines_of(tokens: Tokens, keyword: bytes) -> Longs:
 
 
 def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs, Longs, Floats]:
-    """Returns the lines of a keyword; for each its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
+    """Returns the lines of a keyword; for each, its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
     expected = " or ".join(map(str, widths))

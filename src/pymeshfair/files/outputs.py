@@ -162,7 +162,7 @@ class Writing:
     textures: Mapping[str, str]  # by texture name, the file name beside the output
     material_file: str  # the name of the material file beside the output
     materials: list[bytes]  # the writer appends the bytes of the material file, if any
-    extension: str = ""
+    extension: str = ""  # of the output
 
 
 #: Writes a mesh, whose `matrix` is None, to a file. Returns notes on contents left out or unlike those of the source file.

@@ -114,8 +114,8 @@ def _vectors(table: Table, names: tuple[str, ...]) -> Floats | None:
 def colors_of(table: Table) -> NDArray[np.uint8] | None:
     """Returns (n, 4) colours of an element as levels from 0 to 255; None without colours.
 
-    A channel of floats has shares from 0 to 1, or levels up to 255 if one is above 1. A channel of integers has levels up to 255,
-    or up to the largest number of its type if one is above 255.
+    A channel of floats has shares from 0 to 1, or levels up to 255 if a value is above 1. A channel of integers has levels up to
+    255, or up to the largest number of its type if a value is above 255.
     """
     channels = [table.numbers(name) for name in (*COLOR, ALPHA)]
     if any(c is None for c in channels[:3]):

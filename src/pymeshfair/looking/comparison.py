@@ -190,8 +190,8 @@ def same_elements(first: MeshData, second: MeshData) -> bool:
 class Compared:
     """Two meshes, their comparison, and the distances at each sample."""
 
-    before: MeshState
-    after: MeshState
+    before: MeshState  # the first
+    after: MeshState  # the second
     comparison: Comparison
     after_distance: SurfaceDistance  # of the second from the first
     before_distance: SurfaceDistance  # of the first from the second

@@ -145,8 +145,8 @@ def _shade_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffe
 def _shade(normals: Floats, colors: Floats, shares: tuple[float, float, float], rows: Ints | slice = slice(None)) -> Floats:
     """Returns (k, 3) shaded colours; `shares` are those of ambient, diffuse and specular light.
 
-    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. `rows` has the
-    row in `normals` of each colour.
+    The (m, 3) normals are in camera coordinates; surfaces that face away from the camera show their inner side. Colour i belongs
+    to the normal ``rows[i]``.
     """
     inside = normals[:, 2:] < 0.0
     facing = np.where(inside, -normals, normals)
@@ -222,7 +222,7 @@ def draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) 
 
 @compiled
 def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> None:
-    """Draws a disc of this radius in pixels for every point; see `draw_triangles`."""
+    """Draws a disc for every point; `radius` is in pixels. See `draw_triangles`."""
     height, width = elements.shape
     for i in range(screen.shape[0]):
         x, y, z = screen[i]

@@ -35,7 +35,7 @@ def _version(package: str) -> str | None:
 
 
 def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """Returns the set environment variables that limit the threads of libraries."""
+    """Returns the environment variables that are set and limit the threads of libraries."""
     return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
 
 
@@ -47,7 +47,7 @@ TRIM_THRESHOLD = "MALLOC_TRIM_THRESHOLD_"
 def worker_environment(threads: int | None, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
     """Returns the environment of a worker; linear algebra has one thread, so that the number of processors changes no result.
 
-    Filters have `threads` threads. None: OMP_NUM_THREADS, or one for each processor if it is not set.
+    Filters have `threads` threads. None: the number in OMP_NUM_THREADS, or one for each processor if it is not set.
     """
     count = str(threads) if threads is not None else environment.get("OMP_NUM_THREADS", str(this_system().processors()))
     changes = {"OMP_NUM_THREADS": count, "NUMBA_NUM_THREADS": count}

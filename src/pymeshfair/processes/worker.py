@@ -1,7 +1,7 @@
 """The worker process, which carries out orders: ``python -m pymeshfair.processes.worker MODULE...``.
 
-It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. When its parent process, which
-sends the orders, ends, the worker ends too, even during a task.
+It reads pickled orders from stdin, and writes pickled events and answers to the original stdout. It imports the modules while it
+waits for the first order. Its parent process sends the orders; when the parent ends, the worker ends too, even during a task.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
 
 class DefectError(PymeshfairError):
-    """A task raised an unexpected exception, which the message names: a defect of pymeshfair."""
+    """A task raised an unexpected exception, which the message names; that is a defect of pymeshfair."""
 
 
 @dataclass(frozen=True)

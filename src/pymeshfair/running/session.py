@@ -297,7 +297,7 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Stage the files; return the output's entry in the provenance record, and the files."""
+        """Stage the output's files; return the output's entry in the provenance record, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)

@@ -53,7 +53,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
         what = f"comments between the steps and at the end are left out ({len(lines)})"
         changes.append(Change(line=lines[0], filter="", what=what))
     filters: list[FilterElement] = []
-    aged, always_current = False, set[int]()
+    aged, always_current = False, set[int]()  # aged: whether some element can only come from an older MeshLab
     for element in document.filters:
         former = former_filter(element.name or "")
         aged |= element.kind == "xmlfilter" or (former is not None and not former.invented)

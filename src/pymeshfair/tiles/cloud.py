@@ -1,6 +1,7 @@
 """Steps on clouds by tiles: they select points and may delete them, or compute normals; the result is written by slices.
 
-This module has LoOP, and the steps that keep one point at each place or in each cell of a grid. `neighbours` has the other steps.
+This module has LoOP (local outlier probability), and the steps that keep one point at each place or in each cell of a grid.
+`neighbours` has the other steps.
 """
 
 import math
@@ -199,7 +200,7 @@ def do_step(
 
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Writes the remaining points, with probabilities and normals if steps computed them; returns their number."""
+    """Writes the remaining points, with probabilities and normals if steps computed them; returns the number of points."""
     total, names_of = len(cloud.source), cloud.source.names
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
     additions = (("scalars", cloud.scalars), ("normals", cloud.normals))

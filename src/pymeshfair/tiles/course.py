@@ -1,4 +1,4 @@
-"""Runs a recipe by tiles, parts that fit into memory."""
+"""Runs a recipe by tiles: parts of the mesh or cloud that fit into memory."""
 
 import shutil
 import time

@@ -276,7 +276,7 @@ class StrayTiles(PointTiles):
         self._chosen(0).write(links.begin, chosen)
 
     def join(self, number: int, first: int, last: int) -> None:
-        """Also chooses the points with enough links to chosen points, in pass `number`, from 1."""
+        """Chooses, in pass `number` (from 1), also the points with enough links to chosen points."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(number - 1)) > 0
         joined = chosen[: len(links.to)] | self._rule.is_joined(outliers.linked_to(links.to, chosen))
