@@ -59,7 +59,7 @@ def spectrum(
 def _print(spectra: Mapping[str, Mapping[str, Any]]) -> None:
     from .display import show_table
 
-    heights: dict[int, dict[str, float]] = {}
+    heights: dict[int, dict[str, float]] = {}  # root mean square heights by band b, from frequency 2^(b/3) to 2^((b+1)/3)
     for name, spectrum in spectra.items():
         for low, high, energy in zip(spectrum["band_edges"], spectrum["band_edges"][1:], spectrum["band_energies"], strict=False):
             band = round(1.5 * math.log2(low * high) - 0.5)

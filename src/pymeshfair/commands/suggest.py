@@ -89,7 +89,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the noise that `FILTER` found: the value ``drift`` includes impulses, the trait ``noise`` hardly any."""
+    """The traits, with the noise that `FILTER` found; its mean displacement ``drift`` includes impulses, ``noise`` hardly any."""
     if values is None:
         return traits
     noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])

@@ -399,7 +399,7 @@ def _states(tokens: Tokens, faces: Longs) -> Longs:
 
 
 def _material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
-    """Returns files, and names without a file. An ``mtllib`` line has one name, perhaps with blanks, or several."""
+    """Returns the named files, and names without a file. An ``mtllib`` line has one name, perhaps with blanks, or several."""
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
