@@ -160,9 +160,9 @@ class Blend:
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
     """Builds a band of triangles between two rims, as dense as the rims.
 
-    Spans are edges from one rim to the other. The search of [fuchs1977] finds the triangulation without new vertices that has the
-    shortest span and the least sum of squared span lengths. Rows of new vertices divide the spans of this triangulation evenly.
-    The same search joins neighbouring rows by triangles, which are equilateral on average.
+    Spans are edges from one rim to the other. The search of [fuchs1977] finds a triangulation without new vertices: it contains
+    the shortest span, and its sum of squared span lengths is the least. Rows of new vertices divide its spans evenly. The same
+    search joins neighbouring rows by triangles, which are equilateral on average.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")

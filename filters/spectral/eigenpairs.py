@@ -61,7 +61,7 @@ def lowest_eigenpairs(
     Args:
         problem: S, M and the components, n rows.
         count: the number of modes, from 0; all modes if there are fewer.
-        constants: False leaves out the constant mode of every component; `count` then counts the others.
+        constants: False leaves out the constant mode of every component; `count` then counts the other modes.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
             triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
         progress: called with the share that is done; may raise to stop. The longest time between two calls is half a second at
