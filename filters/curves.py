@@ -154,7 +154,7 @@ def implicit_curve_steps(
     M - t C is a network of conductances, t w_ij between neighbours, and M_i from each vertex to the ground. Eliminating a vertex
     of a chain leaves a smaller network. Its conductances are sums, products and quotients of positive numbers, so each is exact
     to rounding for any t and any length of the chain. If no vertex of a chain has a fixed neighbour, the currents t C p sum to 0.
-    Then the vertex eliminated last gets minus the sum of the currents that all other vertices send to the ground.
+    Then the current into the vertex eliminated last is minus the sum of the currents from all other vertices to the ground.
     """
     labels = laplacian.components()
     branched = _in_branched_component(rings, moves, labels)

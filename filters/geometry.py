@@ -95,7 +95,7 @@ def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, f
 def angles_between(first: Floats, second: Floats) -> Floats:
     """(k,) the angles between two sets of (k, 3) vectors of any length, in radians from 0 to pi; 0 if one vector is 0.
 
-    The arc cosine would lose digits of small angles.
+    They come from the arc tangent, since the arc cosine loses digits of small angles.
     """
     sines = np.linalg.norm(np.cross(first, second), axis=1)
     return np.asarray(np.arctan2(sines, np.einsum("ij,ij->i", first, second)))
@@ -135,7 +135,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, even if the longest square overflows or underflows."""
+    """(e,) the lengths of (e, 2) edges, correct even if the squares of lengths overflow or underflow."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -153,7 +153,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, even if the longest square overflows or underflows."""
+    """(n,) the lengths of (n, 3) vectors, correct even if the squares of lengths overflow or underflow."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -176,7 +176,7 @@ def closest_weights(
     s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
     if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
         return s / determinant, t / determinant
-    # The nearest of the three points that are nearest on the edges.
+    # Each edge has a nearest point; the result is the nearest of the three.
     s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
     t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
     ww = uu - 2.0 * uv + vv

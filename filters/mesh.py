@@ -132,7 +132,7 @@ def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
 
 
 def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) the values; `FilterInputError` about the parameter unless they are one truth value for each vertex."""
+    """(n,) the values; `FilterInputError`, with the parameter's name, unless there is one truth value for each vertex."""
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
@@ -246,8 +246,8 @@ class NormalisedMesh:
     def check_far(self) -> None:
         """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
 
-        An edge of length e is e / (u |v|) units of rounding between vertices v, and e / (u |p|) between points p: fewer than the
-        root of the first number if e |v| < u |p|^2. In a cloud, edges join points that follow each other.
+        With u = 2^-53, an edge of length e has e / (u |v|) units of rounding between vertices v and e / (u |p|) between points p.
+        If e |v| < u |p|^2, the second number is below the root of the first. In a cloud, edges join successive points.
         """
         cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
         chosen = np.arange(0, count, max(1, count // _SAMPLE))
@@ -414,7 +414,7 @@ def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
     The points are of ordinary size, with at least one triangle. A sweep over a surface in this order alternates between a few
-    rows of points. In a breadth-first order sweeps would be a quarter faster, but the search for this order takes longer.
+    rows of points. In a breadth-first order sweeps would be a quarter faster, but finding it takes longer than this sort.
     """
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
     starts = points[sample[:, 0]]

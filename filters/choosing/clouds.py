@@ -151,7 +151,7 @@ def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | N
 
 
 def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> list[list[Projection]]:
-    """Returns a family, by ascending iterations, for each number of neighbours and range sigma."""
+    """Returns a list of settings, by ascending iterations, for each number of neighbours and range sigma."""
     families = []
     for degree, (counts, shares, iterations) in _TRIED.items():
         for neighbors in (k for k in counts if k < len(points)):

@@ -1,7 +1,7 @@
 """The compiler process, which imports numba so that the processes that call kernels need not.
 
-The first kernel without stored machine code starts the compiler process, which ends with its parent process. Only there do
-numba's settings for the processor apply.
+The first kernel without stored machine code starts the compiler process, which ends with its parent process. Numba's settings
+for the processor apply only in the compiler process.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from .vertex_update import VertexUpdate, fit_vertices
 
 # Prevents 0 / 0 in the measure of a flat patch.
 _EPSILON = 1e-9
-# After a round the corners of newly folded faces move back. That may fold other faces, so it is repeated up to this many times.
+# After a round the corners of newly folded faces move back. That may fold other faces, so it is done again, at most this often.
 _FOLD_TESTS = 2
 # A guide normal depends on at most this many rings of faces around its face.
 _RINGS_OF_GUIDE = {"averaged": 1, "guided": 3}

@@ -160,9 +160,9 @@ class Blend:
 def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: Progress = ignore_progress) -> "Blend":
     """Builds a band of triangles between two rims, as dense as the rims.
 
-    The search of [fuchs1977] finds the triangulation without new vertices that contains the shortest span and has the least sum
-    of squared span lengths. Rows of new vertices divide the spans of this triangulation evenly. The same search joins
-    neighbouring rows by triangles, which are equilateral on average.
+    Spans are edges from one rim to the other. The search of [fuchs1977] finds a triangulation without new vertices: it contains
+    the shortest span, and its sum of squared span lengths is the least. Rows of new vertices divide its spans evenly. The same
+    search joins neighbouring rows by triangles, which are equilateral on average.
     """
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
@@ -259,7 +259,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 @compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Fills rows `start` to `end` - 1 of the grid; `costs` holds those of row start - 1, afterwards of row end - 1."""
+    """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1."""
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0

@@ -32,7 +32,7 @@ _SLICED_SHARE = 2
 _LARGEST_FLOOR = 1e-6
 #: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow bands more factors.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes that are computed beyond the last requested one.
+#: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6
 _ROUNDS = 10_000  # the most bands
 _POLISHES = 3  # the most refinements of the modes of a band
@@ -61,7 +61,7 @@ def lowest_eigenpairs(
     Args:
         problem: S, M and the components, n rows.
         count: the number of modes, from 0; all modes if there are fewer.
-        constants: False leaves out the constant mode of every component; `count` then counts the others.
+        constants: False leaves out the constant mode of every component; `count` then counts the other modes.
         tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
             triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
         progress: called with the share that is done; may raise to stop. The longest time between two calls is half a second at
@@ -309,7 +309,7 @@ def lowest_modes(
         )
         if len(new) == 0:
             continue
-        # Earlier modes at the edge of their band contain a little of the new modes.
+        # Earlier modes at the edge of their band contain a little of the new modes: this overlap is removed.
         for group in groups(len(new), band_progress):
             remove(modes, vectors[:, group])
         new, vectors = _refined_modes(operator, factors, new, vectors, 0.7 * tolerance, band_progress)

@@ -120,7 +120,7 @@ ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
 
 #: The allowed orders n.
 ORDERS = range(1, 9)
-DEFAULT_ORDER = 2
+DEFAULT_ORDER = 2  # the lowest order that is flatter at 0 than diffusion
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ def spectral_filter(
 
     V are the modes of the Laplace-Beltrami operator, S v = kappa M v, and 2 pi / sqrt(kappa) their wavelengths. Every component
     has its own modes and is filtered separately; its centroid stays. Borders have natural (Neumann) conditions: their vertices
-    move like others, and a border becomes as smooth as the surface.
+    move like all other vertices, and a border becomes as smooth as the surface.
 
     Args:
         vertices: (n, 3) coordinates.

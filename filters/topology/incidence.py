@@ -15,12 +15,12 @@ from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
 #: "fixed": border vertices stay. "along": they are smoothed as a curve, by their neighbours along border edges alone. "free":
-#: they are treated like all others, and the border shrinks.
+#: they are treated like all other vertices, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 #: More faces than an edge can have.
 _ANY = 1 << 31
-# Unsigned indices: for signed ones the compiler adds a test.
+# Indices are unsigned: for signed ones the compiler adds a test for negative values.
 _U: Any = np.uint64
 # Insertion sort is faster than merge sort up to this length.
 _SHORT = 48

@@ -15,7 +15,7 @@ from ..mesh import Ints, Longs
 from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
-# Unsigned indices: for signed ones the compiler adds a test.
+# Indices are unsigned: for signed ones the compiler adds a test for negative values.
 _U: Any = np.uint64
 #: The kinds of stars: no triangle; a closed ring; a fan from border to border; anything else.
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
@@ -214,7 +214,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
 
 @compiled
 def _write_walk(ends: Ints, start: int, size: int, names: Ints | None, walks: Ints) -> None:
-    """Writes the walk ab, bc ... za of the `size` pairs from `start` on to `walks`, in the order of `Stars`."""
+    """Writes to `walks` the walk ab, bc ... za of the `size` pairs from `start` on, in the order of `Stars`."""
     walk = ends[start : start + 2 * size : 2]
     lowest = 0
     for m in range(size):

@@ -28,7 +28,7 @@ from .streams import Verbosity, printable, say, verbosity
 if TYPE_CHECKING:
     from ..running.suitability import Suitability
 
-#: the characters in a line if the output is a file or a pipe
+#: characters per line if the output is a file or a pipe
 _WIDTH = 100
 
 
@@ -44,11 +44,11 @@ def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection
 
 
 def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> None:
-    """Print the measures of meshes, by the header of their columns."""
+    """Print a table of the measures of meshes; `columns` has the measures of each mesh by the header of its column."""
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
-#: the characters in a line of text about recipes
+#: characters per line of text about recipes
 _NARROW = 80
 _INDENT = " " * 6
 
@@ -61,7 +61,7 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     for number, suited in enumerate(fitting, 1):
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
-        # The first condition only says that the scan is a mesh, a cloud or curves.
+        # The first condition only says that the scan is a mesh, a cloud or curves: it is left out if there are more.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT)

@@ -40,7 +40,7 @@ def refuse_unused(why: str, **unused: object) -> None:
 
 
 def check_report(report: Path | None, *, overwrite: bool, **about: object) -> None:
-    """Refuse a report that cannot be written, and without a report the options about one."""
+    """Refuse a report that cannot be written; without a report, refuse the options about one."""
     from ..files.writing import check_target
 
     if report is None:

@@ -20,7 +20,7 @@ from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
-#: the largest depth of nested elements or parts; scenes have about ten levels
+#: the largest depth of nested elements or parts; usual scenes have about ten levels
 DEEPEST = 200
 #: the largest number of elements of a tree; this many take two seconds and 300 MB
 _MOST_ELEMENTS = 500_000

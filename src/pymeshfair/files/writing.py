@@ -41,7 +41,7 @@ _GRACE = 3600.0
 def check_place(path: Path, *, makes_folder: bool = False) -> bool:
     """Returns whether the path is a regular file; refuses a path where no file can be put.
 
-    With `makes_folder` missing folders will be made: only the nearest existing folder above the path is checked.
+    With `makes_folder` missing folders will be made, so only the nearest existing folder above the path is checked.
     """
     folder = next(filter(os.path.lexists, path.parents), path.parent) if makes_folder else path.parent
     try:
@@ -87,7 +87,7 @@ def output_lock(output: Path) -> Iterator[None]:
     path = output.with_name(_LOCK_PREFIX + _mark(output))
     with _locked(path, output):
         for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
-            if not (folder / _LOCK).exists():  # a run died before it locked it
+            if not (folder / _LOCK).exists():  # a run died before it locked its folder
                 remove_folder(folder)
         try:
             yield
@@ -236,7 +236,7 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
 
 
 def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Puts all files in place in order; if this fails, restores the former files. `outdated` is removed first.
+    """Puts the files in place, one after the other; if one fails, restores all former files. `outdated` is removed first.
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """

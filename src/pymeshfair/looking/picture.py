@@ -372,7 +372,7 @@ def number(value: float) -> str:
 
 
 def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
-    """Returns a font in which the text is at most `width` wide, and the text, without its middle if the smallest is too large."""
+    """Returns a font in which the text is at most `width` wide, and the text, without its middle if no font fits."""
     for pixels in range(size, _SMALLEST - 1, -1):
         font = ImageFont.load_default(pixels)
         if draw.textlength(text, font) <= width:

@@ -227,7 +227,7 @@ def _find_donors(
     """Returns (a,) the rim vertex nearest to each added vertex, and (b,) a face at the rim vertex nearest to each added face.
 
     The rim has the vertices of the faces in the (m,) mask `may_donate`: those that added faces use, or all if added faces use
-    none. `old` is n.
+    none. The place of an added face is its centroid. The first `old` points are those of the mesh without additions.
     """
     donor_faces = np.flatnonzero(may_donate)
     donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex

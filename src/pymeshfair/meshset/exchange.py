@@ -106,7 +106,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
         arrays.normals = unit_vectors(placed.vertex_normals)  # MeshLab's normals are no unit vectors
     if layer.matrix is not None:
         arrays.lost.append("the layer's matrix was applied to its coordinates, as other packages do not hold it")
-    if (placed.vertex_colors < 1.0).any():  # MeshLab gives a mesh from arrays white vertices, and scalars of 0
+    if (placed.vertex_colors < 1.0).any():  # in a mesh from arrays, MeshLab has white vertices and scalars of 0
         arrays.colors = placed.vertex_colors.copy()
     if len(arrays.faces) and placed.has_face_colors:
         arrays.face_colors = placed.face_colors.copy()

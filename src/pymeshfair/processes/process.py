@@ -36,7 +36,7 @@ _LINE_LIMIT = 4096
 _PATIENCE = 5.0
 #: seconds between two checks of a silent process, and to wait for the rest of its stderr after the answer
 _PULSE = 0.5
-_MOST_LOST = 4
+_MOST_LOST = 4  # see `Pool.submit`
 #: the number of the trim threshold among the parameters of the C function ``mallopt``
 _M_TRIM_THRESHOLD = -1
 

@@ -30,8 +30,8 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`. Otherwise an existing output is replaced only if a run with the same sources (`made_from`)
-    #: wrote it, and no byte of it has changed since.
+    #: replace any existing `output`, even the input. Otherwise an existing output is replaced only if a run with the same sources
+    #: (`made_from`) wrote it, and no byte of it has changed since.
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
@@ -65,7 +65,7 @@ class Job:
 
     @property
     def map_files(self) -> tuple[Path, ...]:
-        """The files of the intervention map, ``map.ply`` and ``map.removed.ply``, if one is wanted."""
+        """The files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if no map is wanted."""
         return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
 
     @property

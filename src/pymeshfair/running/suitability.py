@@ -212,7 +212,7 @@ def instead(recipe: Recipe, scan: MeasuredMesh) -> str:
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:
-    """Those of `MEASURED` in these conditions."""
+    """The traits of `MEASURED` in these conditions."""
     return {condition.trait for condition in conditions} & set(MEASURED)
 
 

@@ -45,7 +45,7 @@ _MOST_CHOICES = 1000  # MeshLab allocates memory for as many words as a script d
 
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_MOST_DIGITS = 400
+_MOST_DIGITS = 400  # the most characters of a number
 _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("false", "no", "off", "0"), False)
 
 

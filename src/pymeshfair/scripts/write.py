@@ -21,7 +21,7 @@ from .values import param_attributes
 
 #: the bounding-box diagonal for absolute values if no mesh is given: MeshLab then reads "1%" as 1
 NOMINAL_DIAGONAL = 100.0
-NOMINAL_EDGE = 0.25  # the mean edge length in the same case
+NOMINAL_EDGE = 0.25  # the mean edge length in the same case: 1/400 of the diagonal
 
 #: characters that XML does not allow, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -2,7 +2,7 @@
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
 too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
-close together, and their bounding box; a tile is a range of cells.
+close together (more in a huge cloud), and their bounding box; a tile is a range of cells.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Column:
             file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def gather(self, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Returns the given rows, an array of any shape, through a memory map: for few rows that lie in groups."""
+        """Returns the given rows, an array of any shape, through a memory map; use it for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         mapped = np.memmap(self.path, self.dtype, "r")
@@ -106,7 +106,7 @@ class Part:
 
 
 class Stored:
-    """An attribute that is a column: its name is the name of the file, in `folder` of the object or of the object's `cells`."""
+    """An attribute that is a column. Its file has the attribute's name, in `folder` of the object or of the object's `cells`."""
 
     def __init__(self, dtype: str, width: int = 1) -> None:
         self._kind = dtype, width
