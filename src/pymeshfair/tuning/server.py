@@ -183,7 +183,7 @@ def value_text(value: Any) -> str:
 def redirecting_file(address: str, folder: Path) -> Path:
     """Writes a page that redirects to an address, and that only this user can read.
 
-    Every user of the machine can read the browser's command line, so it has the page in place of the address with the token.
+    Every user of the machine can read the browser's command line: it names this page, not the address with the token.
     """
     path, where = folder / "open.html", escape(address)
     path.touch(0o600, exist_ok=False)
