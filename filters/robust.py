@@ -172,7 +172,7 @@ def weigh(
 ) -> None:
     """Multiplies the first `count` weights by g(max(|x|, floor)) exp(-d c).
 
-    g is the kernel of `code` with the scale `sigma`, `squares` are x^2, `distances` the squared distances d, `per_distance` is c.
+    g is the kernel of `code` with the scale `sigma`; `squares` are x^2, `distances` squared distances d, `per_distance` c >= 0.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)

@@ -1,7 +1,7 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-The file name has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension modules. This
-module loads the extension modules by their paths, and llvmlite links the code with their functions.
+The name of a stored file has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension
+modules. This module loads the extension modules by their paths, and llvmlite links the code with their functions.
 """
 
 import builtins
@@ -93,7 +93,7 @@ def users_folder() -> Path:
 
 
 class Stored(NamedTuple):
-    """The stored kernels for this `platform_name`."""
+    """The kernels that are stored for this machine, see `platform_name`."""
 
     installed: int  # number of kernels in `INSTALLED`
     kept: int  # number of kernels in `folder`
@@ -119,7 +119,7 @@ def read(name: str) -> MachineCode | None:
 def write(name: str, code: MachineCode) -> None:
     """Stores code under a name; atomically, since several processes may write the same file."""
     place = users_folder() / platform_name()
-    with suppress(OSError):
+    with suppress(OSError):  # without the file the next process compiles the kernel again
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:

@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns a repertoire with these values. outer_iterations=0 removes `chains`; other `filtering` limits `taubin` to 0."""
+        """Returns a repertoire with these values; outer_iterations=0 empties `chains`, else `filtering` limits `taubin` to 0."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone`, more families move only outliers: one moves outliers to predicted places, each other runs a chain from there.
+    With `alone` there are also families that move only outliers: one puts them at predicted places, the others run chains there.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class SettingsTried:
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """Returns the results of each family for (n, 3) points in units of the mean edge; `held` are the held-out vertices.
 
-        Families that move only outliers also move held-out vertices; the errors there show how well a family restores outliers.
+        Families that move only outliers move the held-out vertices, too: the errors there show how well they restore outliers.
         """
         fair, of, scan = {0: points}, self._of, self._scan
         for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):

@@ -40,7 +40,7 @@ def setting_of_rounded(
 
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
-    without the rounding is smooth, results within the noise of the rounded mesh are allowed, too [morozov1966]. `other` is
+    is smooth once the rounding is undone, results within the noise of the rounded mesh are allowed, too [morozov1966]. `other` is
     better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
@@ -110,7 +110,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # Fused meshes have short edges where they cut off corners of grid cells. Other short edges spoil rings as a unit of length.
+    # Fused maps have short edges where they cut off corners of grid cells. Other short edges make the rings unequal in size.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
@@ -134,8 +134,8 @@ class NoiseField(NamedTuple):
 def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
     """Fits the variances of several noises to residuals of the surface at several scales.
 
-    The measure at a scale is the quantile `calmest` of the local mean squares of the `_Scales.residuals`. White noise is smoothed
-    by each width (a number of steps), scaled to variance 1, and measured in the same way. The variances are the
+    The measure at a scale is the quantile `calmest` of local means of the clipped squared `_Scales.residuals`. White noise is
+    smoothed by each width (a number of steps), scaled to variance 1, and measured in the same way. The variances are the
     non-negative weights with which the measures of the noises add up best to the measures of the surface.
     """
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
@@ -169,7 +169,7 @@ def has_even_shared_noise(scan: Scan) -> bool:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """By scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, the kurtosis where levels are below it."""
+        """By scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, the kurtosis up to the quartile."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0

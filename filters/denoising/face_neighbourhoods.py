@@ -15,7 +15,7 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, o
 from ..topology import VertexFaces, border_vertices, vertex_faces
 
 #: "edge", "vertex": faces that share an edge or a vertex. "two_ring", "three_ring": faces within two or three steps between
-#: faces that share a vertex. "radius": faces that such steps reach, with all centres on the way in a ball around the face's
+#: faces that share a vertex. "radius": faces that such steps reach if all centres on the way lie in a ball around the face's
 #: centre. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 

@@ -51,7 +51,7 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     """Estimates the noise of a mesh.
 
     Independent noise keeps its standard deviation in the differences of `FourthOrder`. The level is the median of their absolute
-    values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, is taken for surface. The
+    values along `smooth_normals`, divided by 0.6745. Spatially correlated noise, as of depth cameras, counts as surface. The
     error for noise of 0.2 to 0.5 edges is within 4 % on machine parts and statues. Weak noise is overestimated where most
     vertices are near sharp edges: noise of 0.1 edges by 28 % on a cube with 16 edges to a side.
 
@@ -173,9 +173,9 @@ def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored
     """Returns the noise level along the normals in the calmest twentieth of the (n,) `scored` vertices, in units of the points.
 
     The squares of `height_residuals`, averaged over the surrounding vertices, estimate the noise variance. Exact planes count
-    only if at least half of the scored vertices lie on them. For evenly strong noise the level is a fifth to a third below its
-    standard deviation; 0 without scored vertices. The (n, 3) points have a mean edge of 1, triangles or edges are unique, the
-    (n, 3) unit normals are those of a smoothed copy.
+    only if at least half of the scored vertices lie on them. For evenly strong noise the level is a fifth to a third below the
+    standard deviation; without scored vertices it is 0. The (n, 3) points have a mean edge of 1, no triangle or edge is listed
+    twice, the (n, 3) unit normals are those of a smoothed copy.
     """
     indices = np.flatnonzero(scored).astype(np.int32)
     if not len(indices):

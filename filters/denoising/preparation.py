@@ -26,7 +26,7 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a new fold keeps at first: 0 restores spikes. Rings that a pass of `unfolded` reads.
+#: The share of its move that a corner of a new fold keeps at first: 0 would restore spikes. Rings read by a pass of `unfolded`.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -141,7 +141,7 @@ def outline_kept(vertices: Floats, moved: Floats, normals: Floats, outline: Bool
 
 
 def share_along(p: float, q: float) -> float:
-    """Returns the share of `outline_kept`."""
+    """Returns the share min(1, q / p) of `outline_kept`; 1 if p is 0."""
     return min(1.0, q / p) if p > 0.0 else 1.0
 
 

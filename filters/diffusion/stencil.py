@@ -36,7 +36,7 @@ Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 #: The offsets, (n + 1,) int64, and the neighbours, int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
 #: Parallel kernels take the two arrays one by one: with the tuple their short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
-# Unsigned indices: for signed ones the compiler adds a test.
+# Unsigned indices: for signed ones the compiler adds a test for negative values.
 _U: Any = np.uint64
 #: The divisor of the operator: the sum of absolute weights; the mixed Voronoi area; MeshLab's sum of doubled weights, plus one.
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2

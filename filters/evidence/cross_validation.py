@@ -30,7 +30,7 @@ class Trial(Generic[Label]):
     """One candidate and its score."""
 
     label: Label
-    error: float  # root mean square of its deviations at the held-out vertices, in mean edges
+    error: float  # root mean square of its clipped deviations, see `scores_of`, in mean edges
     excess: float  # its mean square minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # with one bound for all vertices even if `near` is given, to be compared with noise levels
+    errors: Floats  # clipped at one bound for all vertices, even with `near`, to be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int

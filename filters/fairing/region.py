@@ -283,7 +283,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
     the component of a spike every edge gets the weight cot(60 degrees) and every vertex the same mass, as if all triangles were
     equilateral.
 
-    `irregular` is (n,) which vertices became spikes. Returns the new operator, and (n,) which vertices lie in such components.
+    `irregular` is (n,) which vertices became spikes. Returns the new operator, and (n,) which vertices are in their components.
     """
     n = len(operator.mass)
     a, b, c = faces[proper_faces(faces)].T

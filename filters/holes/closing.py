@@ -64,9 +64,9 @@ def close_holes(
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
     triangulation, and each round makes it more regular. If a patch bends more than `SHARP` times as much at its rim as the
-    mesh around, its edges get shorter. A filling of more than `MOST_VERTICES` gets larger triangles away from the rim, so that
-    time and memory grow with the rim alone. If an energy moves new vertices out of the box of their rim by more than `FURTHEST`,
-    the next lower energy places them.
+    mesh around, its edges get shorter: a narrow hole between unlike sides needs more edges to be smooth. A filling of more than
+    `MOST_VERTICES` gets larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves
+    new vertices out of the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a

@@ -61,8 +61,8 @@ class Cholesky:
 class ShiftedFactors:
     """The factors L D L^T of A - shift I for a symmetric A, without row exchanges, so that D is diagonal.
 
-    By Sylvester's law of inertia `below`, the number of negative entries of D, is the number of eigenvalues of A below the shift.
-    A pivot close to 0 would make this number unreliable; then the `shift` is moved a little.
+    By Sylvester's law of inertia D has as many negative entries, `below`, as A has eigenvalues below the shift.
+    A pivot close to 0 would make the number `below` unreliable; then the `shift` is moved a little.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:

@@ -71,7 +71,7 @@ def spectrum(
     With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
     computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
     [golub1969]. Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, and these modes would
-    take many more steps. So their vertices get additional mass, in all at most a ten-thousandth of the area.
+    take many more steps. So the vertices of these triangles get additional mass, in all at most a ten-thousandth of the area.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -44,7 +44,7 @@ class Recipe(FilterMethods):
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
 
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
-        """Makes an empty recipe. `comment` is the head of its script; the first line is the title."""
+        """Makes an empty recipe. `comment` is the head comment of its script, with the title as first line."""
         self.name = name  # for messages and the records of runs
         self.script = scripts.Script((), comment)
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
@@ -66,7 +66,7 @@ class Recipe(FilterMethods):
         Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """
         declared = registry.find_filter(filter_name)
-        # a filter of MeshLab says only on a mesh which length 100 % is
+        # without a mesh, MeshLab's filters do not say which length is 100 %
         kinds = ("PureValue",) if declared.is_builtin else ("PureValue", "PercentageValue")
         values = {n: builtin_filters.as_length(v) if type(v).__name__ in kinds else v for n, v in kwargs.items()}
         self.script = changing.with_step(self.script, declared, values)

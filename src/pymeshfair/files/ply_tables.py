@@ -355,7 +355,7 @@ def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any,
 
 
 def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
-    """Reads the tables of the text after the header, one row per line; returns also the tokens."""
+    """Reads the tables of the text after the header, one row per line; also returns the tokens."""
     body = text.rstrip(_PADDING)
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))

@@ -24,7 +24,7 @@ from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbe
 #: the most unpacked bytes: a multiple of the file size, plus a constant; meshes unpack to about 10 times the size
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
-#: errors of `zipfile` about an archive
+#: errors that `zipfile` raises for a damaged, encrypted or unknown archive
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: the elements that are read, and their attributes
 _KNOWN = {

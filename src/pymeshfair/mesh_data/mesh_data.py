@@ -212,7 +212,7 @@ class MeshData:
 
     @cached_property
     def mean_edge(self) -> float:
-        """The mean edge length of the faces, else of the polylines, else the mean distance to the nearest point."""
+        """The mean edge length of the faces, else of the polylines, else the mean distance of a point to its nearest point."""
         from ..filters.geometry import mean_edge_length
         from ..filters.neighbours import nearest_neighbours
 

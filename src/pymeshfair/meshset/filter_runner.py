@@ -43,7 +43,7 @@ class FilterRunner:
         return self._apply(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
-        """Like `apply`, for a step of a script, whose values are checked."""
+        """Like `apply`, for a step of a script, whose values are already checked."""
         values = _with_changed_ids(step.filter, step.values, self._bench.with_helpers)
         return self._apply(step.filter, {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values)
 

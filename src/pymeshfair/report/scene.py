@@ -2,7 +2,7 @@
 
 The viewer (``viewer.js``) reads this layout. A scene is a header in JSON and a body of bytes. Coordinates are integers of 16 bits
 in a cube around the meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
-integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers.
+integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers, see `_planes`.
 """
 
 import base64

@@ -63,7 +63,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """Restore the usual effect of signals inside the block."""
+        """Restore the usual effect of signals inside the block, for work that handles signals itself."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:

@@ -28,7 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: the tolerance for .3mf files, as a share of the diagonal; they contain a random number
+#: the tolerance for .3mf files, as a share of the diagonal; they contain a random number, so their bytes always differ
 _ROUNDING = 1e-6
 
 
@@ -91,7 +91,7 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it in a folder. The output has its old name, which OBJ files contain."""
+    """The changes since the run, or the plan to repeat it in a folder, under the old output name, which OBJ files contain."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):

@@ -77,7 +77,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The contents of a file, at most `MOST_BYTES` + 1 bytes: `parse_script` refuses larger files."""
+    """The contents of a file: at most `MOST_BYTES` + 1 bytes, enough for `parse_script` to refuse a larger file."""
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):

@@ -140,9 +140,9 @@ class Step:
         )
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
-        """The step with defaults for parameters without a value, but not for relative lengths if `lengths` is False.
+        """The step with defaults for parameters without a value; relative lengths get no default if `lengths` is False.
 
-        MeshLab finds some defaults from the mesh, as for the number of triangles to decimate to: these parameters get no value.
+        Some defaults depend on the mesh, such as MeshLab's number of triangles to decimate to: these parameters get no value.
         """
         defaults = {
             name: default

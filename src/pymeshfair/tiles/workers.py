@@ -87,7 +87,7 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def _former(path: Path, key: Mapping[str, Any]) -> tuple[dict[tuple[int, int], Any], int, str]:
-    """Returns the results of a former run, the bytes of its journal's complete records, and `WorkFolder.note`."""
+    """Returns the results of a former run, the size of its journal's complete records in bytes, and `WorkFolder.note`."""
     results: dict[tuple[int, int], Any] = {}
     end = 0
     try:

@@ -183,7 +183,7 @@ def value_text(value: Any) -> str:
 def redirecting_file(address: str, folder: Path) -> Path:
     """Writes a page that redirects to an address, and that only this user can read.
 
-    The address has the token, and every user of the machine can read the command line of the browser.
+    Every user of the machine can read the browser's command line: it names this page, not the address with the token.
     """
     path, where = folder / "open.html", escape(address)
     path.touch(0o600, exist_ok=False)
@@ -266,7 +266,7 @@ def serve(
 
 
 class Conversation:
-    """The conversation with one page."""
+    """The conversation with one page; `first` is the name or path of the recipe that the page shows first."""
 
     def __init__(self, connection: websockets.ServerConnection, scan: Scan, first: str, workshop: Workshop) -> None:
         self._connection = connection
