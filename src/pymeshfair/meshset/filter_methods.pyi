@@ -1209,8 +1209,8 @@ class FilterMethods(metaclass=LateMethods):
         For dents, scars, bad fillings and seams. The selected vertices move; if no vertex is selected, those whose triangles
         are all selected. Other vertices, and open borders, stay. The energies read one, two or three rings of vertices around
         the region, so select all of the damage and one ring more. Returns how many vertices moved, and the solution's backward
-        error, number of corrections, and last correction as a share of the region's diagonal. With `remesh`: the numbers of old
-        and new elements.
+        error, number of corrections, and last correction as a share of the region's diagonal. With `remesh`: numbers of old and
+        new elements instead.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
