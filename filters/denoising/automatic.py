@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike
 
 from ..evidence import Choice, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
+from ..geometry import seen_from_one_side
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
-from .correlated_noise import setting_of_rounded, setting_of_shared
+from .correlated_noise import setting_by_balls, setting_of_rounded, setting_of_shared
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
 from .rounding import rounding_of
 from .scan import Scan
@@ -57,38 +58,44 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise, unless the coordinates are rounded: `setting_of_rounded` below needs the setting of steps 2 to 5.
+    # 1. Correlated noise. If the coordinates are rounded, `setting_of_rounded` below needs the setting of steps 2 to 5 first.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
-    if shared and shared.chosen.label != Setting():
+    correlated = AutomaticChoice("correlated", shared.chosen.label, noise, shared) if shared else None
+    if correlated and correlated.setting != Setting() and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING:
         progress(1.0)
-        return AutomaticChoice("correlated", shared.chosen.label, noise, shared)
+        return correlated
     report = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=report)
-    choice = _independent(mesh, scan, noise, border, repertoire)
+    choice = _cross_validated(mesh, scan, noise, border, repertoire, is_rounded=rounding is not None)
     if rounding is None:
-        return choice
+        return choice if correlated is None or correlated.setting == Setting() or choice.kind == "correlated" else correlated
     evidence = setting_of_rounded(mesh, rounding, choice.setting, border=border, progress=part_of(progress, 0.7, 1.0))
     return choice if evidence is None else AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)
 
 
-def _independent(
-    mesh: NormalisedMesh, scan: Scan, noise: NoiseEstimate, border: BorderPolicy, repertoire: Repertoire
+def _cross_validated(
+    mesh: NormalisedMesh, scan: Scan, noise: NoiseEstimate, border: BorderPolicy, repertoire: Repertoire, *, is_rounded: bool
 ) -> AutomaticChoice:
-    """Returns the choice for noise that is independent between neighbours, and for clean meshes."""
+    """Returns the choice by steps 2 to 5."""
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. No noise in a model of planes, or in a clean scan (see `Scan.clean`) with neither impulses nor uneven noise.
-    if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.clean):
+    # 3. No noise in a model of planes, or at a low level of noise with neither impulses nor uneven noise.
+    if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.noise.level < tuned.NO_NOISE):
         # 4. Cross-validation. With outliers, settings without Taubin steps that move only the outliers are tried, too.
         alone = calmed is not scan and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
         evidence = calmed.choose(tried, tried.labels, by_means=alone)
         if evidence is not None:
+            shared = setting_by_balls(scan, tried, evidence, border=border) if calmed is scan and not is_rounded else None
+            if shared is not None:
+                return AutomaticChoice("correlated", shared.chosen.label, noise, shared)
             # 5. In doubt the mesh stays as it is, unless it has outliers.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label
+        if is_even and scan.is_surface:
+            setting, evidence = Setting(), None
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
     has_few_rivals = evidence is not None and len(evidence.rivals) <= tuned.RIVALS

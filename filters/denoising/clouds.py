@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
-from ..evidence import height_of_quadric, tangents
 from ..execution import Progress, blocks, ignore_progress, over_range
 from ..geometry import unit_vectors
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
+from ..quadrics import height_of_quadric, tangents
 from ..robust import KernelName, kernel_weight
 from .bilateral import REACH, Term, range_term, space_term
 

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..evidence import Choice, measured, tuned
 from ..execution import Progress, ignore_progress
-from ..geometry import edge_lengths, mean_edge_length, roughness, seen_from_one_side
+from ..geometry import angles_between, edge_lengths, face_normals, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
 from ..mesh import Floats, Ints, NormalisedMesh
-from ..topology import BorderPolicy, edges
+from ..topology import BorderPolicy, edges, face_adjacency
 from .candidates import CORRELATED, Setting, SettingsTried
 from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed, ring_means
 from .rounding import Rounding, rounding_of
@@ -83,6 +83,35 @@ def setting_of_shared(
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     # Vertices near the border count, too, since many rounds of filtering move them.
     return replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
+
+
+def setting_by_balls(
+    scan: Scan, tried: SettingsTried, choice: Choice[Setting], *, border: BorderPolicy
+) -> Choice[Setting] | None:
+    """Chooses the setting that best predicts held-out balls if it shows noise that neighbours share; None without.
+
+    It is compared with the setting of `choice`, by held-out vertices, which leaves shared noise. There is such noise if that
+    setting predicts balls worse by more than two standard errors; if it leaves more than twice the median angle between adjacent
+    faces; and if the noise that it leaves is even: the ratio of its high and low levels is at most 1.2 times that of white noise
+    smoothed twice.
+    """
+
+    def result(setting: Setting, points: Floats) -> Floats:
+        return setting.apply(points, scan.faces, border=border, movable=scan.movable)
+
+    balls = scan.choose(tried, tried.labels, denoised=partial(result, choice.chosen.label))
+    if balls is None or choice.chosen.label in [trial.label for trial in balls.rivals]:
+        return None
+    left, flat = (result(chosen.label, scan.points) for chosen in (choice.chosen, balls.chosen))
+    at, (pairs, _) = _Scales(scan), face_adjacency(scan.faces)
+    angles = [np.median(angles_between(*face_normals(points, scan.faces)[pairs.T])) for points in (left, flat)]
+
+    def spread(heights: Floats) -> float:
+        low, high = np.quantile(at.local_means(heights**2, _FAR), (0.05, 0.95))
+        return float(np.sqrt(high / max(low, 1e-24)))
+
+    is_even = spread(np.einsum("ij,ij->i", left - flat, scan.normals)) < tuned.LARGER * spread(at.noise(2))
+    return balls if is_even and angles[1] < 0.5 * angles[0] else None
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:

@@ -1,15 +1,17 @@
 """A scan to try filters on: the vertices whose errors count as evidence, tests for noise, and the choice of the best filter."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compilation import compiled
+from ..diffusion import harmonic_values
 from ..evidence import (
+    BALL,
     Candidates,
     Choice,
     Scores,
@@ -18,13 +20,15 @@ from ..evidence import (
     held_out_vertices,
     initial_positions,
     measured,
+    middles_of_balls,
     random_signs,
     tuned,
+    with_neighbours,
 )
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import cross_products, edge_lengths, mean_edge_length, roughness
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, mask_of, normalised_mesh
 from ..topology import VertexFaces, edges, referenced_vertices, vertex_faces
 from .impulses import replace_outlying, sizes_beside
 from .noise_level import NoiseEstimate, agreement, estimate_noise, is_designed, noise_floor, smooth_normals
@@ -165,7 +169,13 @@ class Scan:
         return replace(choice, chosen=choice.trials[0]) if removes_details else choice
 
     def choose(
-        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
+        self,
+        candidates: Candidates,
+        labels: Sequence[Sequence[Label]],
+        *,
+        stays: float = tuned.STAYS,
+        by_means: bool = False,
+        denoised: Callable[[Floats], Floats] | None = None,
     ) -> Choice[Label] | None:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
@@ -174,11 +184,17 @@ class Scan:
         positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
         n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
         and `stays` are those of `cross_validate`.
+
+        With `denoised`, a filter of (n, 3) points, balls are held out and their middles predicted: noise that neighbours share
+        hardly reaches over a ball. The balls start on the smoothest surface through the `denoised` rest.
         """
-        held = held_out_vertices(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
+        held_out = held_out_vertices if denoised is None else middles_of_balls
+        held = held_out(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
         if not held:
             return None
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)
+        if denoised is not None:
+            start = partial(self._with_smooth_balls, denoised)
         sums = self.normals[self.faces].sum(axis=1)
 
         def deviations(mask: Ints, _: int, result: Floats) -> Floats:
@@ -197,6 +213,14 @@ class Scan:
             stays=stays,
             progress=self.progress,
         )
+
+    def _with_smooth_balls(self, denoised: Callable[[Floats], Floats], middles: Ints) -> Floats:
+        """Returns (n, 3) the points, with the balls around the middles continued from the `denoised` rest."""
+        ball, pairs = mask_of(middles, len(self.points)), edges(self.faces)
+        for _ in range(BALL):
+            ball = with_neighbours(ball, pairs)
+        smooth = denoised(harmonic_values(self.faces, self.points, ~ball, order=2))
+        return np.where(ball[:, None], harmonic_values(self.faces, smooth, ~ball, order=2), self.points)
 
     def choose_by_risk(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None

@@ -1,4 +1,4 @@
-"""Smoothing by diffusion: explicit steps, Taubin's pairs of steps, implicit steps, anisotropic diffusion of values."""
+"""Smoothing by diffusion: explicit steps, Taubin's pairs of steps, implicit steps, diffusion of values."""
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import (
@@ -10,6 +10,7 @@ from .explicit import (
     taubin_fairing,
     transfer_function,
 )
+from .harmonic import harmonic_values
 from .implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from .relief import ReliefLoss, relief_lost
 from .stencil import UPDATE_RULES, UpdateRule
@@ -24,6 +25,7 @@ __all__ = [
     "TaubinOperator",
     "UpdateRule",
     "explicit_smoothing",
+    "harmonic_values",
     "implicit_fairing",
     "longest_step",
     "meshlab_taubin_smooth",

@@ -1,26 +1,28 @@
 """Evidence for the choice among filters: how well each filter predicts held-out vertices."""
 
+from ..quadrics import height_of_quadric, tangents
 from . import tuned
 from .cross_validation import Candidates, Choice, Scores, Trial, cross_validate, initial_positions, measured, scores_of
 from .held_out import (
+    BALL,
     far_from_border,
     held_out_vertices,
     lengths_around,
     local_means,
     means_of_others,
+    middles_of_balls,
     random_signs,
     with_neighbours,
 )
 from .quadric_prediction import (
-    height_of_quadric,
     height_residuals,
     medians_around,
     predicted_heights,
     put_where_expected,
-    tangents,
 )
 
 __all__ = [
+    "BALL",
     "Candidates",
     "Choice",
     "Scores",
@@ -36,6 +38,7 @@ __all__ = [
     "means_of_others",
     "measured",
     "medians_around",
+    "middles_of_balls",
     "predicted_heights",
     "put_where_expected",
     "random_signs",

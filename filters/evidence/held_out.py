@@ -9,6 +9,8 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
+#: rings of a ball around a held-out vertex: noise averaged up to four times over one-rings hardly reaches further
+BALL = 2
 # A random number is the fractional part of a length at a vertex times (multiple + step * k); k: number of a mask, or seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
@@ -33,6 +35,24 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         if np.count_nonzero(remaining) < _CANDIDATES * np.count_nonzero(scored):
             remaining = scored.copy()
     return [mask for mask in held_out if len(mask)]
+
+
+def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
+    """Returns up to `masks` random sets of `scored` vertices that are middles of balls. Balls of a set do not touch.
+
+    A ball is a vertex with its two rings. Random numbers are those of `held_out_vertices`; a middle has the least number within
+    five edges.
+    """
+    pairs, sets = edges(faces), list[Ints]()
+    a, b = np.concatenate([pairs, pairs[:, ::-1]]).T
+    sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
+    for mask in range(seed * masks, (seed + 1) * masks):
+        numbers = (sums * (_MULTIPLES[0] + _STEPS[0] * mask)) % 1.0
+        least = numbers.copy()
+        for _ in range(2 * BALL + 1):
+            np.minimum.at(least, a, least[b])
+        sets.append(np.flatnonzero(scored & (least == numbers)).astype(np.int32))
+    return [middles for middles in sets if len(middles)]
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:

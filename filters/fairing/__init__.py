@@ -1,8 +1,9 @@
 """Fairing: minimises an energy of the surface, on the whole mesh or on a region inside rings of fixed vertices."""
 
+from ..diffusion import harmonic_values
 from .bilaplacian import bilaplacian_smoothing, feature_weights, scalar_feature_weights, weight_of_detail_size
 from .blend import Blend, blend_parts
-from .region import ENERGIES, Energy, FairedRegion, fair_region, harmonic_values
+from .region import ENERGIES, Energy, FairedRegion, fair_region
 from .tangential import tangential_smoothing
 
 __all__ = [

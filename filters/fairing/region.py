@@ -1,4 +1,4 @@
-"""Minimises area, bending or curvature change of a region inside fixed rings [botsch2004]; interpolates colours."""
+"""Minimises area, bending or curvature change of a region inside fixed rings [botsch2004]."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import cross_product
 from ..libraries import sparse
-from ..linear_solvers import Cholesky, RefinedSolution, laplacian_power, refined_solution
+from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, mask_of, normalised_mesh, spikes
 from ..operators import surface_laplacian
-from ..topology import Submesh, edges, proper_faces, submesh_around
+from ..topology import Submesh, proper_faces, submesh_around
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
@@ -225,40 +225,6 @@ def _in_line(points: Floats) -> bool:
     if lengths[far] == 0.0:
         return True
     return bool((np.linalg.norm(np.cross(offsets, offsets[far] / lengths[far]), axis=1) <= 1e-12 * lengths[far]).all())
-
-
-def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike) -> Floats:
-    """Gives every vertex that is not fixed the mean of its neighbours: solves sum_j (x_j - x_i) = 0 [pinkall1993].
-
-    By the maximum principle all values stay in the range of the fixed values of their component, so colours stay valid.
-
-    Args:
-        faces: (m, 3) triangles; vertices are neighbours if an edge joins them.
-        values: (n, k) the values. Components without a fixed vertex keep them; elsewhere only fixed values are used.
-        fixed: (n,) bool, the vertices that keep their values.
-
-    Returns:
-        (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
-
-    Raises:
-        FilterInputError: the arrays do not fit.
-    """
-    result = np.array(values, dtype=np.float64)
-    triangles = np.asarray(faces)
-    if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
-        raise FilterInputError(f"values of shape {result.shape} do not fit: there must be a row for every vertex of the faces")
-    is_fixed = check_vertex_mask("fixed", fixed, len(result))
-    ends = edges(np.ascontiguousarray(triangles, dtype=np.int32))
-    n = len(result)
-    graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
-    count, label = sparse.csgraph.connected_components(graph, directed=False)
-    free = ~is_fixed & mask_of(label[is_fixed], count)[label]
-    if not free.any():
-        return result
-    degrees = np.asarray(graph.sum(axis=1)).ravel()
-    system = sparse.diags_array(degrees[free]) - graph[free][:, free]
-    result[free] = Cholesky(sparse.csr_matrix(system)).solve(graph[free][:, is_fixed] @ result[is_fixed])
-    return result
 
 
 class SurfaceOperator(NamedTuple):

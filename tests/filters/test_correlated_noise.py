@@ -160,6 +160,17 @@ def test_shared_noise_on_a_solid_is_taken_away() -> None:
     assert after < 0.5 * before
 
 
+@pytest.mark.parametrize(("level", "kind"), [(0.2, "correlated"), (0.0, "clean")])
+def test_weakly_shared_noise_on_a_part_is_taken_away(level: float, kind: str) -> None:
+    """Averaged once over the rings, noise passes for surface with single vertices; a third of its angle is left, with balls."""
+    truth, faces = SOLIDS["chest"]
+    vertices, _ = _with_shared((truth, faces), level, 1)
+    choice = automatic_choice(vertices, faces)
+    assert choice.kind == kind
+    before, after = (measured(points, truth, faces)[0] for points in (vertices, choice.setting.apply(vertices, faces)))
+    assert after <= before / 3.0
+
+
 def _by_risk(points: np.ndarray, noise: np.ndarray) -> Choice[int] | None:
     """The choice among doing nothing and two numbers of Taubin's steps."""
     return _scan(points).choose_by_risk(

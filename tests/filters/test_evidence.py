@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from pymeshfair.filters.denoising import Scan, noise_floor
 from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
 from pymeshfair.filters.evidence import Choice, predicted_heights, scores_of, tuned
-from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, random_signs, without
+from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, middles_of_balls, random_signs, without
 from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
@@ -106,6 +108,21 @@ def test_held_out_vertices_are_apart_disjoint_and_of_the_geometry() -> None:
     again = held_out_vertices(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, masks=4)
     assert [set(old[other]) for other in again] == [set(mask) for mask in masks]
     assert set(held_out_vertices(vertices, faces, scored=scored, masks=4, seed=1)[0]) != set(masks[0])
+
+
+def test_balls_of_a_set_do_not_touch_and_are_of_the_geometry() -> None:
+    """From middle to middle it is six edges or more, so that two balls of two rings have a vertex between them."""
+    vertices, faces = noisy(icosphere(4), 0.01)
+    scored = np.ones(len(vertices), dtype=np.bool_)
+    sets = middles_of_balls(vertices, faces, scored=scored, masks=4)
+    graph = csr_matrix((np.ones(len(edges(faces))), edges(faces).T), shape=(len(vertices), len(vertices)))
+    for middles in sets:
+        steps = dijkstra(graph, directed=False, indices=middles, unweighted=True)[:, middles]
+        assert steps[~np.eye(len(middles), dtype=np.bool_)].min() >= 6
+        assert len(vertices) / 140 < len(middles) < len(vertices) / 61  # a ball of five rings has 91 vertices, of four 61
+    shuffled, other_faces, old = renumbered((vertices, faces))
+    again = middles_of_balls(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, masks=4)
+    assert [set(old[other]) for other in again] == [set(middles) for middles in sets]
 
 
 def test_far_from_border_is_more_than_two_edges_away() -> None:

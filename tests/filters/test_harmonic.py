@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.fairing import harmonic_values
+from pymeshfair.filters.diffusion import harmonic_values
 from pymeshfair.filters.topology import edges
 from tests.meshes import grid, icosphere
 
@@ -37,6 +37,25 @@ def test_every_value_is_the_mean_of_its_neighbours_and_none_is_beyond_the_known(
     np.testing.assert_allclose((sums / number)[~known], found[~known], atol=1e-13)
     assert found[~known].min() > 0.0
     assert found[~known].max() < 1.0
+
+
+def test_values_of_second_order_bend_least() -> None:
+    """A quadratic function has a constant mean of differences on a regular grid and comes back; elsewhere least squares agree."""
+    vertices, faces = grid(13)
+    fixed = np.abs(vertices[:, :2] - vertices[:, :2].mean(axis=0)).max(axis=1) > 0.3 * np.ptp(vertices[:, 0])
+    quadratic = (vertices[:, :2] @ np.array([[1.0, 2.0], [3.0, -1.0]])) ** 2
+    found = harmonic_values(faces, np.where(fixed[:, None], quadratic, 99.0), fixed, order=2)
+    np.testing.assert_allclose(found, quadratic, atol=1e-11 * np.abs(quadratic).max())
+    _, faces = icosphere(2)
+    count = int(faces.max()) + 1
+    laplacian = np.eye(count)
+    for a in range(count):
+        near = np.unique(edges(faces)[(edges(faces) == a).any(axis=1)])
+        laplacian[a, near[near != a]] = -1.0 / (len(near) - 1)
+    known = np.arange(count) % 3 == 0
+    values = np.random.default_rng(0).normal(size=(count, 2))
+    expected = np.linalg.lstsq(laplacian[:, ~known], -laplacian[:, known] @ values[known], rcond=None)[0]
+    np.testing.assert_allclose(harmonic_values(faces, values, known, order=2)[~known], expected, atol=1e-12)
 
 
 def test_what_no_known_value_reaches_stays() -> None:

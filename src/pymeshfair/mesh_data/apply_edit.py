@@ -291,7 +291,7 @@ def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallb
 
 def _harmonic(values: Floats, added_faces: Ints, fixed: Bools) -> Floats:
     """Returns the values; those that are not `fixed` become harmonic on the added faces (`harmonic_values`)."""
-    from ..filters.fairing import harmonic_values
+    from ..filters.diffusion import harmonic_values
 
     vertices, index = np.unique(added_faces, return_inverse=True)
     continued = values.copy()

@@ -1,0 +1,52 @@
+"""Continues values over a part of a mesh: harmonic and biharmonic functions of the uniform Laplacian."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import FilterInputError
+from ..libraries import sparse
+from ..linear_solvers import Cholesky
+from ..mesh import Floats, check_vertex_mask, mask_of
+from ..topology import edges
+
+
+def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, order: int = 1) -> Floats:
+    """Continues fixed values smoothly over the other vertices [pinkall1993].
+
+    With order 1 every other vertex has the mean of its neighbours: K x = 0, (K x)_i = sum_j (x_i - x_j). By the maximum principle
+    all values stay in the range of the fixed values of their component, so colours stay valid. With order 2 the values bend
+    least: they minimise |D^-1 K x|^2, where D has the numbers of neighbours, and slopes continue, too.
+
+    Args:
+        faces: (m, 3) triangles; vertices are neighbours if an edge joins them.
+        values: (n, k) the values. Components without a fixed vertex keep them; elsewhere only fixed values are used.
+        fixed: (n,) bool, the vertices that keep their values.
+        order: 1 or 2.
+
+    Returns:
+        (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
+
+    Raises:
+        FilterInputError: the arrays do not fit.
+    """
+    result = np.array(values, dtype=np.float64)
+    triangles = np.asarray(faces)
+    if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
+        raise FilterInputError(f"values of shape {result.shape} do not fit: there must be a row for every vertex of the faces")
+    is_fixed = check_vertex_mask("fixed", fixed, len(result))
+    ends = edges(np.ascontiguousarray(triangles, dtype=np.int32))
+    n = len(result)
+    graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
+    count, label = sparse.csgraph.connected_components(graph, directed=False)
+    free = ~is_fixed & mask_of(label[is_fixed], count)[label]
+    if not free.any():
+        return result
+    degrees = np.asarray(graph.sum(axis=1)).ravel()
+    system = sparse.csr_matrix(sparse.diags_array(degrees) - graph)
+    if order == 2:
+        system = (system @ sparse.diags_array(1.0 / np.maximum(degrees, 1.0) ** 2) @ system).tocsr()
+    rows = system[free]
+    result[free] = Cholesky(rows[:, free]).solve(-rows[:, is_fixed] @ result[is_fixed])
+    return result
