@@ -292,23 +292,26 @@ def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sig
         raise FilterInputError(f"x has {len(places)} values and y {len(values)}: a line needs one y for each x")
     if np.ptp(places) == 0.0:
         raise FilterInputError(f"all {len(places)} samples are at x = {places[0]:g}: a line needs at least two different x")
-    middle = places.mean()
-    design = np.column_stack([places - middle, np.ones(len(places))])
+    middle = (places / len(places)).sum()
+    spread = np.abs(places - middle).max()
+    design = np.column_stack([(places - middle) / spread, np.ones(len(places))])
     start = np.linalg.lstsq(design, values, rcond=None)[0]
     if kernel != "l2":
         start = _reweighted(design, values, start, "l1", None)
     slope, level = _reweighted(design, values, start, kernel, sigma)
-    return Line(float(slope), float(level - slope * middle))
+    return Line(float(slope / spread), float(level - slope * (middle / spread)))
 
 
 def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelName, sigma: float | None) -> Floats:
     """Minimises sum rho(values - design @ result) by least squares, reweighted by the residuals of each solution."""
     check_choice("kernel", kernel, KERNEL_NAMES)
-    scale = robust_deviation(values - design @ start) * SIGMA_IN_DEVIATIONS[kernel] if sigma is None else sigma
-    if scale == 0.0 and sigma is None:  # the start fits all samples exactly
+    factor = SIGMA_IN_DEVIATIONS[kernel]
+    scale = factor * robust_deviation(values - design @ start) if sigma is None else check_positive("sigma", sigma)
+    if scale == 0.0:  # the start fits all samples exactly
         return start
     for _ in range(_ITERATIONS):
-        roots, before = np.sqrt(weight(kernel, values - design @ start, scale)), start
+        # The unit of the residuals is the scale, since squares of very small or large residuals would under- or overflow.
+        roots, before = np.sqrt(weight(kernel, (values - design @ start) / scale, 1.0)), start
         if np.count_nonzero(roots) < design.shape[1]:  # too few samples have a weight above 0
             break
         start = np.asarray(np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0], dtype=np.float64)

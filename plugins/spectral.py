@@ -105,8 +105,8 @@ def apply_coord_detail_enhancement(
     """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
     Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay. Near
-    open borders and in thin parts vertices move less. Returns the shortest and the longest wavelength of the
-    relief, its height in the input (root mean square), and the largest displacement.
+    open borders and in thin parts vertices move less; parts far thinner than the longest wave stay. Returns the shortest and
+    the longest wavelength of the relief, its height in the input (root mean square), and the largest displacement.
 
     Args:
         gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes nothing.
@@ -127,6 +127,8 @@ def apply_coord_detail_enhancement(
             f"edges, {enhanced.height / edge:.2g} mean edges high; no vertex moved by more than "
             f"{enhanced.largest_displacement / edge:.2g} mean edges",
         )
+        if enhanced.largest_displacement < 0.01 * abs(gain - 1.0) * enhanced.height:
+            notes += ("hardly anything moved: parts thinner than the longest wave stay; a smaller largest_size moves them",)
     report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
     return Edit(vertices=enhanced.vertices, values=report, notes=notes)
 

@@ -225,31 +225,31 @@ class Scan:
     def choose_by_risk(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None
     ) -> Choice[Label] | None:
-        """Chooses the result with the least expected error of its slopes [stein1981], for noise of any covariance.
+        """Chooses the result with the least expected error of its edge vectors [stein1981], for noise of any covariance.
 
-        A filter f moves the points y by the heights h = n . (f(y) - y). Its response to noise is measured with added noise of
-        heights b [ramani2008]: g = n . (f(y + e b n) - f(y)) / e for a small e. The (n,) heights b have the covariance of the
-        noise; `noise` gives them, None means independent noise. Slopes are height differences between edge ends. Their squared
-        error, plus the variance of their noise, is the mean of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j). See `flattest` for the
-        choice. Errors are in mean edges. None if no edge joins scored vertices.
+        A filter f moves the points y along their normals n by h = n n . (f(y) - y). Its response to noise is measured with added
+        noise b along the normals [ramani2008]: g = n n . (f(y + e b) - f(y)) / e for a small e. The heights of b, (n,) `noise`,
+        have the covariance of the noise; None means independent noise. The squared error of an edge vector, plus the variance of
+        its noise, is the mean of |h_i - h_j|^2 + 2 (b_i - b_j) . (g_i - g_j). Shrinking counts, since it shortens edges. See
+        `flattest` for the choice. Errors are in mean edges. None if no edge joins scored vertices.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T
         if not len(i):
             return None
-        b = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
+        heights = self.noise.level * random_signs(self.points, pairs, self.seed) if noise is None else noise
 
-        def heights_of(result: Floats) -> Floats:
-            return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals))
+        def moves_of(result: Floats) -> Floats:
+            return np.asarray(np.einsum("ij,ij->i", result - self.points, self.normals)[:, None] * self.normals)
 
-        first, second = part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
+        b, first, second = heights[:, None] * self.normals, part_of(self.progress, 0.0, 0.5), part_of(self.progress, 0.5, 1.0)
         runs = candidates(self.points, NONE_HELD)
-        measures = measured(runs, labels, lambda _, result: (heights_of(result), roughness(result, self.faces)), first)
-        heights, flatness = zip(*measures, strict=True)
-        noisier = candidates(self.points + _LITTLE * b[:, None] * self.normals, NONE_HELD)
-        responses = measured(noisier, labels, lambda at, result: (heights_of(result) - heights[at]) / _LITTLE, second)
-        squares = ((h[i] - h[j]) ** 2 + 2.0 * (b[i] - b[j]) * (g[i] - g[j]) for h, g in zip(heights, responses, strict=True))
-        return self.flattest(i, squares, flatness, labels)
+        measures = measured(runs, labels, lambda _, result: (moves_of(result), roughness(result, self.faces)), first)
+        moves, flatness = zip(*measures, strict=True)
+        noisier = candidates(self.points + _LITTLE * b, NONE_HELD)
+        responses = measured(noisier, labels, lambda at, result: (moves_of(result) - moves[at]) / _LITTLE, second)
+        squares = ((h[i] - h[j]) ** 2 + 2.0 * (b[i] - b[j]) * (g[i] - g[j]) for h, g in zip(moves, responses, strict=True))
+        return self.flattest(i, (each.sum(axis=1) for each in squares), flatness, labels)
 
     def flattest(
         self, at: Ints, squares: Iterable[Floats], flatness: Sequence[float], labels: Sequence[Sequence[Label]], limit: float = 0

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_finite, check_positive
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import mean_edge_length, vertex_normals_by_area
+from ..geometry import face_areas, mean_edge_length, vertex_normals_by_area
 from ..libraries import sparse
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import touching_balls
@@ -62,10 +62,11 @@ def enhance_details(
 
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
-    3. s = e(x) e(y) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base shape,
-       both divided by the longest wavelength. So borders stay, and thin parts change little.
-    4. f(x) = b tanh(x / b) with b = `most` times the thickness of the base shape, inside or outside, whichever is smaller
-       (`touching_balls`). So thin parts do not swell, and the two sides of a gap do not meet.
+    3. s = e(x) e(y) e(z) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base
+       shape, inside or outside, whichever is smaller (`touching_balls`), both divided by the longest wavelength. z is the area of
+       the faces around a vertex in the base shape, divided by their area in K_short p. So borders stay, and thin parts change
+       little; parts much thinner than the longest wavelength, whose base shape is a line or a point, do not change.
+    4. f(x) = b tanh(x / b) with b = `most` times this thickness. So the two sides of a gap do not meet.
 
     Waves outside the band, including noise, stay as they are.
 
@@ -112,12 +113,14 @@ def enhance_details(
         return filter_without_eigenvectors(problem, values, low, tolerance=_TOLERANCE, progress=part).values
 
     fine, shape = low_passed(surface_points, short, 0.0, 0.2), low_passed(surface_points, long, 0.2, 0.4)
-    smooth = mesh.points.copy()
-    smooth[problem.vertices] = shape
-    normals = vertex_normals_by_area(smooth, mesh.cells)[problem.vertices]
+    relief, base = mesh.points.copy(), mesh.points.copy()
+    relief[problem.vertices], base[problem.vertices] = fine, shape
+    normals = vertex_normals_by_area(base, mesh.cells)[problem.vertices]
+    before, kept = (np.bincount(mesh.cells.ravel(), np.repeat(face_areas(p, mesh.cells), 3), len(p)) for p in (relief, base))
     heights = ((fine - shape) * normals).sum(axis=1)
     heights -= low_passed(heights, long, 0.4, 0.6)
-    unbounded = factor * heights * _away_from_borders(mesh, longest)[problem.vertices]
+    eased = _away_from_borders(mesh, longest) * _eased(kept / np.maximum(before, 1e-300))
+    unbounded = factor * heights * eased[problem.vertices]
     highest = float(np.abs(unbounded).max())
     if mesh.movable is not None:
         unbounded[~mesh.movable[problem.vertices]] = 0.0
@@ -126,8 +129,8 @@ def enhance_details(
         largest = np.maximum(_BOUND / (2.0 * most) * np.maximum(np.abs(unbounded), _LEAST * highest), 0.5 * longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
-        bound = most * 2.0 * np.minimum(inside, outside)
-        displacement = bound * np.tanh(_eased(2.0 * inside / longest) * unbounded / bound)
+        thickness = 2.0 * np.minimum(inside, outside)
+        displacement = most * thickness * np.tanh(_eased(thickness / longest) * unbounded / (most * thickness))
     after = mesh.points.copy()
     after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)

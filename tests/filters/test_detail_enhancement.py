@@ -69,6 +69,25 @@ def test_nothing_moves_by_more_than_the_share_of_the_thickness() -> None:
         assert moved > 0.3 * most * 0.6
 
 
+@pytest.mark.parametrize(("shape", "largest"), [((1.0, 0.8, 0.6), 120), ((1.0, 0.8, 0.6), 60), ((10.0, 0.5, 0.5), 20)])
+def test_a_body_that_is_thinner_than_the_waves_keeps_its_shape(shape: tuple[float, float, float], largest: float) -> None:
+    """An egg and a rod far thinner than the longest wave move by less than a hundredth of an edge, turned inside out or not."""
+    vertices, faces = icosphere(4)[0] * shape, icosphere(4)[1]
+    edge = mean_edge_length(vertices, faces)
+    for sides in (faces, faces[:, ::-1].copy()):
+        found = enhance_details(vertices, sides, detail_size=5 * edge, largest_size=largest * edge)
+        assert found.height > 0.1 * edge
+        assert np.linalg.norm(found.vertices - vertices, axis=1).max() < 0.01 * edge
+
+
+def test_a_surface_that_is_inside_out_gains_the_same_relief() -> None:
+    """Thickness and gaps count alike, so that an egg of which every face is turned over moves to the same place."""
+    vertices, faces = icosphere(4)[0] * (1.0, 0.8, 0.6), icosphere(4)[1]
+    found, other = (enhance_details(vertices, sides, detail_size=0.3) for sides in (faces, faces[:, ::-1].copy()))
+    assert found.largest_displacement > 1e-3
+    np.testing.assert_allclose(other.vertices, found.vertices, atol=1e-9)
+
+
 def test_gain_one_changes_no_bit_and_wrong_bands_are_refused() -> None:
     """The displacement has the factor gain - 1; a band needs two lengths in order."""
     vertices, faces = icosphere(2)

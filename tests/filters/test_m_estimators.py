@@ -251,6 +251,15 @@ def test_estimates_move_and_scale_with_the_samples() -> None:
     assert robust_deviation(4 * Y) == 4 * robust_deviation(Y)
 
 
+@pytest.mark.parametrize("name", KERNEL_NAMES)
+@pytest.mark.parametrize("unit", [1e-300, 1e-16, 1e15, 1e300])
+def test_estimates_do_not_depend_on_the_unit(name: KernelName, unit: float) -> None:
+    """The line does not depend on the unit of x, nor the mean on the unit of the samples, however long or short the unit is."""
+    line, found = robust_line(X, Y, kernel=name), robust_line(X * unit, Y, kernel=name)
+    np.testing.assert_allclose([found.slope * unit, found.intercept], line, rtol=1e-8)
+    assert robust_mean(Y * unit, kernel=name) / unit == pytest.approx(robust_mean(Y, kernel=name), rel=1e-8)
+
+
 def test_exact_samples_are_met_exactly() -> None:
     """Samples without deviation have no scale, and still a mean and a line."""
     assert robust_mean([2.0, 2.0, 2.0]) == 2.0

@@ -14,13 +14,14 @@ import pymeshfair
 from pymeshfair.declaration import Layer
 from pymeshfair.filters.checks import ConvergenceError
 from pymeshfair.filters.choosing import DETAIL_SIZES, SMOOTHERS, chosen_amount, compare_smoothers
+from pymeshfair.filters.choosing.smoothers import SmootherName
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins import moving_vertices
 from tests.angles import mean_angle
-from tests.meshes import Mesh, icosphere, irregular_grid, noisy, renumbered, rotation
+from tests.meshes import Mesh, icosphere, irregular_grid, noisy, renumbered, rotation, torus, volume
 
 TRUE = icosphere(3)
 EDGE = mean_edge_length(*TRUE)
@@ -64,6 +65,19 @@ def test_implicit_fairing_finds_its_size_on_a_sheet() -> None:
     assert told["chosen"] > 0.0
     assert result[:, 2].std() < 0.5 * rough[:, 2].std()
     assert np.array_equal(_applied((flat, faces), "apply_coord_implicit_fairing", {"detail_size": "auto"})[0], flat)
+
+
+@pytest.mark.parametrize("name", ["implicit", "bilaplacian", "spectral"])
+def test_a_bent_surface_hardly_shrinks(name: SmootherName) -> None:
+    """On a torus with noise of a twentieth of an edge the chosen detail size takes less than a tenth of the volume."""
+    true, faces = torus(48, 24, major=1.0, minor=0.3)
+    edge = mean_edge_length(true, faces)
+    heights = 0.05 * edge * np.random.default_rng(5).normal(size=(len(true), 1))
+    rough, (smooth, sizes) = (true + heights * smooth_normals(true, faces)) / edge, SMOOTHERS[name]
+    found = chosen_amount(rough, faces, smooth, sizes)
+    assert found is not None
+    assert found.chosen.label > 0.0
+    assert volume(smooth(rough, faces, found.chosen.label, None), faces) > 0.9 * volume(true / edge, faces)
 
 
 def test_what_was_chosen_repeats_the_result() -> None:

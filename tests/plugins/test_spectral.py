@@ -151,6 +151,16 @@ def test_what_makes_no_sense_is_refused(name: str, values: dict[str, Any], messa
         mesh_set(icosphere(2)).apply_filter(name, **values)
 
 
+def test_a_body_without_room_for_the_waves_is_named() -> None:
+    """A note says that an egg stays since waves of 120 edges are longer than it is thick, and what to do about it."""
+    vertices, faces = icosphere(3)
+    meshes, notes = mesh_set((vertices * (1.0, 0.8, 0.6), faces)), list[str]()
+    meshes.on_note = notes.append
+    meshes.apply_coord_detail_enhancement(detail_size="6edge", largest_size="120edge")
+    assert "parts thinner than the longest wave stay; a smaller largest_size moves them" in notes[-1]
+    np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), vertices * (1.0, 0.8, 0.6), atol=1e-3)
+
+
 def test_each_filter_is_in_its_menu() -> None:
     """Smoothing, quality, measure."""
     assert [d.classes for d in DECLARED] == [FilterClass.SMOOTHING, FilterClass.QUALITY, FilterClass.MEASURE]
