@@ -128,6 +128,19 @@ def test_pts_and_xyz_have_their_own_layouts(tmp_path: Path, source: str, output:
     assert warnings in " ".join(told)
 
 
+def test_comments_and_titles_do_not_say_how_numbers_are_separated(tmp_path: Path) -> None:
+    """Commas and semicolons in comments do not count, and titles between commas may have blanks."""
+    for name, comment in (("b.xyz", "# scanned by A, B\n"), ("c.xyz", "# a, b; c\n")):
+        save(read(tmp_path / "a.xyz", comment + "1.5 2.0 3.0\n"), tmp_path / name)
+        assert (tmp_path / name).read_text() == "1.5 2.0 3.0\n"
+    text = "GPS Time,X,Y,Z\n7.5,1.5,2.0,3.0\n"
+    mesh = read(tmp_path / "a.txt", text)
+    assert mesh.vertices.tolist() == [[1.5, 2.0, 3.0]]
+    assert mesh.vertex_attributes["gps_time"].tolist() == [7.5]
+    assert save(mesh, tmp_path / "b.txt") == ()
+    assert (tmp_path / "b.txt").read_text() == text
+
+
 def test_a_point_set_of_expe(tmp_path: Path) -> None:
     """A binary point set has what MeshLab reads of it; the sample of the wheel is one of a text."""
     rng = np.random.default_rng(1)

@@ -29,7 +29,6 @@ _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: how many numbers a PTX point has: position and intensity, or position, intensity and colour
 _PLAIN, _COLOURED = 4, 7
 _ROUNDED = 1e-6  # the largest error of numbers that are written with six decimals
-_ROUGH = 0.01  # the largest error in the length of a normal, which may be written with two decimals
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ def read_points(path: Path, references: References) -> Reading:
         raise ContentsError("it is no text")
     separator = _separator(data)
     tokens = tokenise(joined(data if separator == " " else data.replace(separator.encode(), b" ")))
-    titles, titled, start = _titles(tokens, data)
+    titles, titled, start = _titles(tokens, data, separator)
     lines = np.arange(start, len(tokens.numbers))
     if not len(lines):
         raise ContentsError("it holds no points")
@@ -81,24 +80,26 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas."""
-    head = data[:65536]
-    if b";" in head:
+    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas. Comments do not count."""
+    data = re.sub(rb"#[^\r\n]*", b"", data) if b"#" in data else data
+    if b";" in data:
         if b"," in data:
             raise ContentsError("it has commas and semicolons; decimals are written with a point")
         return ";"
     if b"," not in data:
         return " "
-    lines = [line for line in head.splitlines() if b"," in line and not line.lstrip().startswith(b"#")]
-    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines):
+    lines = [line for line in data[:65536].splitlines() if b"," in line]
+    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines[1:] or lines):  # the first line may have titles
         raise ContentsError("it has commas and blanks between numbers; decimals are written with a point")
     return ","
 
 
-def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
+def _titles(tokens: Tokens, data: bytes, separator: str) -> tuple[bytes, tuple[str, ...], int]:
     """Returns the line of titles, which may be a comment; the attributes in it; and the number of the first row."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
-    names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
+    text = first.decode("utf-8", "replace").lower().replace("normal_", "normal")
+    parts = text.split(separator) if separator != " " and separator in text else re.findall(r"\w+", text)
+    names = ["_".join(re.findall(r"\w+", part)) for part in parts]
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
     if first.startswith(b"#"):
         return (first, titled, 0) if set(_PLACE) <= set(titled) else (b"", (), 0)
@@ -113,11 +114,10 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     rgb = slice(4, 7) if width == 7 else slice(3, 6)
     are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
     lengths = np.linalg.norm(values[:, -3:], axis=1)
-    are_normals = bool(((lengths == 0.0) | (np.abs(lengths - 1.0) <= _ROUGH)).all())
-    if width == 6 and are_levels and values[:, 3:].max() > 1:
-        return (*_PLACE, *_COLOR)
-    if width == 6 and are_normals:
-        return (*_PLACE, *_NORMAL)
+    are_normals = np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 0.01  # normals may be written with two decimals
+    are_colors = are_levels and values[:, rgb].max() > 1
+    if width == 6 and (are_colors or are_normals):
+        return (*_PLACE, *(_COLOR if are_colors else _NORMAL))
     if width == 7 and not are_levels:
         raise ContentsError("the last three numbers of its rows are no colours from 0 to 255")
     if width == 9 and are_levels and are_normals:
@@ -227,10 +227,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the source text; for other sources coordinates and normals, or in .pts intensity and colours.
-
-    The columns of a .pts file are not written to .xyz, nor other columns to .pts: programs expect their own columns there.
-    """
+    """Writes the columns of a source with the same layout; else coordinates and normals, or in .pts intensity and colours."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"
