@@ -311,12 +311,11 @@ def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count:
 def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> NDArray[np.float64]:
     """Scales normals to length 1, as some MeshLab filters leave sums of face normals; 0 and unchanged normals stay."""
     lengths = np.linalg.norm(normals, axis=1)
-    if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
+    changed = True if sent is None or not len(sent) else (ids < 0) | (normals != sent[ids]).any(axis=1)
+    scaled = changed & (lengths > 0)
+    if np.abs(lengths[scaled] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
-    if sent is None or not len(sent):
-        return unit_vectors(normals)
-    same = (ids >= 0) & (normals == sent[ids]).all(axis=1)
-    return np.where(same[:, None], normals, unit_vectors(normals))
+    return np.where(scaled[:, None], unit_vectors(normals), normals)
 
 
 # ------------------------------------------------------------------------------------------------------------- the PLY file
