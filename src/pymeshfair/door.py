@@ -179,7 +179,7 @@ class Door:
         if keeps_normals or has_point_normals:
             normals = read_array(mesh, "vertex_normals")
             if keeps_normals or normals.any():
-                vertex["normals"] = _unit(normals)
+                vertex["normals"] = _unit(normals, before.vertex_attributes.get("normals"), of_vertices)
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)
         coordinates = before.vertex_attributes.get("texture_coordinates")
@@ -308,12 +308,14 @@ def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count:
     return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
 
 
-def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Scales normals to length 1, since some MeshLab filters leave sums of face normals; 0 stays 0."""
+def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Scales normals to length 1, as some MeshLab filters leave sums of face normals; 0 and unchanged normals stay."""
     lengths = np.linalg.norm(normals, axis=1)
-    if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
+    changed = True if sent is None or not len(sent) else (ids < 0) | (normals != sent[ids]).any(axis=1)
+    scaled = changed & (lengths > 0)
+    if np.abs(lengths[scaled] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
-    return unit_vectors(normals)
+    return np.where(scaled[:, None], unit_vectors(normals), normals)
 
 
 # ------------------------------------------------------------------------------------------------------------- the PLY file

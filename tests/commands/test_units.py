@@ -64,6 +64,8 @@ def recipe(tmp_path: Path) -> Path:
         ("m", "", f"{WITHIN}mm", "m", False),
         ("m", "mm", f"{WITHIN}mm", "mm", True),
         ("", "cm", f"{10 * WITHIN}mm", "cm", True),
+        ("ft", "", f"{WITHIN}ft", "ft", True),
+        ("m", "ft", f"{WITHIN}ft", "ft", True),
     ],
 )
 def test_a_limit_is_in_the_unit_of_the_file_or_the_one_typed(
@@ -85,6 +87,10 @@ def test_a_limit_is_in_the_unit_of_the_file_or_the_one_typed(
         assert f" {unit}, which is more than {said}" in done.stderr
         return
     assert document(done.stdout)["unit"] == unit
+    warning = (
+        f"warning: the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}: its numbers mean {typed}\n"
+    )
+    assert (warning in done.stderr) is bool(of_file and typed)
     record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
     assert record["measures"]["unit"] == unit
     assert record["input"].get("unit") == (of_file or None)
@@ -95,11 +101,13 @@ def test_a_limit_is_in_the_unit_of_the_file_or_the_one_typed(
 def test_a_limit_with_a_unit_is_refused_where_nothing_says_that_of_the_scan(
     sphere: Callable[[str], Path], recipe: Path, tmp_path: Path
 ) -> None:
-    """A PLY file has none, and one in feet has none that lengths can be given in: both readings are told, nothing is done."""
-    for source in (sphere(""), sphere("ft")):
-        done = invoke("run", recipe, source, "-o", tmp_path / "out.ply", "--max-displacement", "0.05mm")
-        assert done.exit_code == 2, done.stderr
-        assert "0.05 on a scan in mm and 5e-05 on a scan in m" in done.stderr
+    """A PLY file has none: both readings are told, nothing is done; of a file in feet there is one reading."""
+    done = invoke("run", recipe, sphere(""), "-o", tmp_path / "out.ply", "--max-displacement", "0.05mm")
+    assert done.exit_code == 2, done.stderr
+    assert "0.05 on a scan in mm and 5e-05 on a scan in m" in done.stderr
+    done = invoke("run", recipe, sphere("ft"), "-o", tmp_path / "out.ply", "--max-displacement", "0.05mm")
+    assert done.exit_code == 1, done.stderr
+    assert "which is more than 0.05mm = 0.000164042 ft" in done.stderr
     assert not (tmp_path / "out.ply").exists()
     done = invoke("batch", recipe, sphere("mm"), tmp_path / "sphere.ply", "-o", tmp_path / "many", "--max-displacement", "0.05mm")
     assert done.exit_code == 2, done.stderr
@@ -126,7 +134,7 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     other = invoke("run", path, sphere("m"), "-o", tmp_path / "other.ply")
     assert other.exit_code == 1
     assert "the recipe is for scans in mm, and this scan is in m" in other.stderr
-    with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
+    with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
 
 

@@ -15,6 +15,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import MadeFrom, check_output
 from pymeshfair.mesh_data import MeshData, moved
 
+from ..running.runs import session_report
 from .round_trips import assert_same, read, save
 from .surveys import scan
 
@@ -140,6 +141,19 @@ def test_units_of_reference_systems(tmp_path: Path, unit: str, factor: str, expe
     save(mesh, tmp_path / "b.laz")
     assert WKT % (unit, factor) in [getattr(v, "string", "") for v in laspy.read(tmp_path / "b.laz").header.vlrs]
     assert save(mesh, tmp_path / "c.ply") == ("c.ply does not hold these contents of a.las: its coordinate reference system",)
+
+
+def test_a_format_that_keeps_the_unit_of_a_cloud_is_named(tmp_path: Path) -> None:
+    """A LAS file keeps the unit of a LAS file; .3mf, which holds no clouds, and .glb, which rounds surveys, are not named."""
+    system = laspy.vlrs.known.WktCoordinateSystemVlr(WKT % ("foot", "0.3048"))
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.vlrs.append(system)
+    header.global_encoding.wkt = True
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(1).random((3, 9))
+    cloud.write(tmp_path / "a.las")
+    report = session_report(tmp_path / "a.las", tmp_path / "b.ply")
+    assert report["warnings"][-1] == "b.ply does not hold the unit of a.las, ft; .las keeps it"
 
 
 def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:

@@ -39,6 +39,30 @@ TEXTS: tuple[tuple[str, str, dict[str, list[Any]]], ...] = (
     ),
     ("a.xyz", "//X Y Z R G B\n2\n1.5 2.0 3.0 4 5 6\n4.5 5.0 6.0 7 8 9\n", {"colors": [[4, 5, 6, 255], [7, 8, 9, 255]]}),
     ("a.asc", "# x y z intensity\n1.5 2.0 3.0 0.5\n4.5 5.0 6.0 0.25\n", {"intensity": [0.5, 0.25]}),
+    # numbers of no length near 1 are no normals
+    (
+        "a.xyz",
+        "1.5 2.0 3.0 1000.5 2 3.5\n4.5 5.0 6.0 7.5 2 3.25\n",
+        {"column_4": [1000.5, 7.5], "column_5": [2, 2], "column_6": [3.5, 3.25]},
+    ),
+    (
+        "a.xyz",
+        "1.5 2.0 3.0 1 2 3 0.5 0.25 2.0\n4.5 5.0 6.0 4 5 6 0.0 3.0 0.0\n",
+        {
+            "column_4": [1, 4],
+            "column_5": [2, 5],
+            "column_6": [3, 6],
+            "column_7": [0.5, 0.0],
+            "column_8": [0.25, 3.0],
+            "column_9": [2.0, 0.0],
+        },
+    ),
+    # shares that are no levels of 8 bits stay as they are
+    (
+        "a.txt",
+        "x y z r g b\n1.5 2.0 3.0 0.25 0.5 1.0\n4.5 5.0 6.0 0.0 0.1 0.9\n",
+        {"colors": [[64, 128, 255, 255], [0, 26, 230, 255]]},
+    ),
 )
 
 
@@ -78,6 +102,43 @@ def test_what_a_text_cannot_hold_is_named(tmp_path: Path) -> None:
     again = read_file(tmp_path / "a.pts").mesh
     np.testing.assert_array_equal(again.vertex_attributes["intensity"], attributes["intensity"])
     np.testing.assert_array_equal(again.vertex_attributes["colors"], levels)
+
+
+@pytest.mark.parametrize(
+    ("source", "output", "text", "warnings"),
+    [
+        ("1.5 2.0 3.0 0.0 0.0 1.0\n", "a.xyz b.pts", "1\n1.5 2.0 3.0\n", "it does not hold vertex normals of the mesh"),
+        ("1\n1.5 2.0 3.0 7 4 5 6\n", "a.pts b.xyz", "1.5 2.0 3.0\n", "it does not hold vertex colours, intensity of the mesh"),
+        ("1\n1.5 2.0 3.0 7 4 5 6\n", "a.pts b.pts", "1\n1.5 2.0 3.0 7 4 5 6\n", ""),
+        ("1.5 2.0 3.0 0 4 5\n", "a.txt b.xyz", "1.5 2.0 3.0 0 4 5\n", ""),
+        (
+            "x y z r g b\n1.5 2.0 3.0 0.25 0.5 1\n",
+            "a.xyz b.pts",
+            "1\n1.5 2.0 3.0 64 128 255\n",
+            "the decimals of colours of the text",
+        ),
+    ],
+)
+def test_pts_and_xyz_have_their_own_layouts(tmp_path: Path, source: str, output: str, text: str, warnings: str) -> None:
+    """A .pts file begins with the count and has intensity and colours, an .xyz file has no count; what is left out is named."""
+    name, target = output.split()
+    told = save(read(tmp_path / name, source), tmp_path / target)
+    assert (tmp_path / target).read_text() == text
+    assert len(told) == bool(warnings)
+    assert warnings in " ".join(told)
+
+
+def test_comments_and_titles_do_not_say_how_numbers_are_separated(tmp_path: Path) -> None:
+    """Commas and semicolons in comments do not count, and titles between commas may have blanks."""
+    for name, comment in (("b.xyz", "# scanned by A, B\n"), ("c.xyz", "# a, b; c\n")):
+        save(read(tmp_path / "a.xyz", comment + "1.5 2.0 3.0\n"), tmp_path / name)
+        assert (tmp_path / name).read_text() == "1.5 2.0 3.0\n"
+    text = "GPS Time,X,Y,Z\n7.5,1.5,2.0,3.0\n"
+    mesh = read(tmp_path / "a.txt", text)
+    assert mesh.vertices.tolist() == [[1.5, 2.0, 3.0]]
+    assert mesh.vertex_attributes["gps_time"].tolist() == [7.5]
+    assert save(mesh, tmp_path / "b.txt") == ()
+    assert (tmp_path / "b.txt").read_text() == text
 
 
 def test_a_point_set_of_expe(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.filters.denoising import estimate_noise
 from pymeshfair.looking.comparison import Comparison, compare, part_for_noise, state_of
 from pymeshfair.looking.picture import COLORINGS
-from pymeshfair.looking.words import verdict_text
+from pymeshfair.looking.words import area_table, comparison_lines, distance_table, verdict_text
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.running.read import read_mesh
 from tests.commands.command_line import document, invoke
@@ -222,6 +222,24 @@ def test_clouds_are_compared(tmp_path: Path) -> None:
     assert found.displacement is None
     assert found.normal_deviation is None
     assert found.after["noise"] is None
+
+
+def test_distances_from_a_cloud_have_no_side(tmp_path: Path) -> None:
+    """For points that lie 0.05 within those of a sphere, text and tables tell 0.05, no side and no area."""
+    vertices, faces = icosphere(3)
+    cloud, smaller = (vertices, np.empty((0, 3), np.int32)), 0.95 * vertices
+    found = compared(tmp_path, cloud, (smaller, cloud[1]), tolerance=0.01)
+    told = " ".join(
+        [verdict_text(found), *comparison_lines(found), *(row[0] for row in distance_table(found)), *area_table(found)[1]]
+    )
+    for wrong in ("wards", "surfaces", "of the area", "by area", "+"):
+        assert wrong not in told
+    for right in ("The points lie", "95 % of the points are nearer than", "of BEFORE, at the points of clouds;", " 0.05 "):
+        assert right in told
+    mixed = compared(tmp_path, (vertices, faces), (smaller, cloud[1]), tolerance=0.01)
+    assert "most, inwards by" in verdict_text(mixed)
+    assert "of BEFORE, on faces by area and at the points of clouds;" in comparison_lines(mixed)[0]
+    assert {(row[0][-6:], row[2][0]) for row in area_table(mixed)[1:]} == {(" AFTER", "-"), ("BEFORE", "0")}
 
 
 @pytest.mark.slow

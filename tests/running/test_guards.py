@@ -305,9 +305,11 @@ def test_a_length_with_a_unit_needs_the_unit_of_the_scan(tmp_path: Path) -> None
         job(tmp_path, source=missing, guards={"max_displacement": "0.05mm"}),
         job(tmp_path, Recipe("head", head), missing),
     ):
-        with pytest.raises(ParameterError, match=r"0\.05 on a scan in mm and 5e-05 on a scan in m, .*--unit mm\|cm\|m\|in"):
+        with pytest.raises(
+            ParameterError, match=r"0\.05 on a scan in mm and 5e-05 on a scan in m, .*--unit mm\|cm\|m\|in\|ft\|um \("
+        ):
             run_job(given)
-    with pytest.raises(ParameterError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
+    with pytest.raises(ParameterError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
         run_job(job(tmp_path, source=missing, unit="inch"))
 
 

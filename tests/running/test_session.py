@@ -129,6 +129,21 @@ def test_a_ply_file_keeps_everything(tmp_path: Path, everything: Path) -> None:
         assert {name for element, name in before.keys() - same} == {"x", "y", "z", "nx", "ny", "nz"}
 
 
+def test_normals_that_no_step_changes_keep_their_length(tmp_path: Path) -> None:
+    """Normals of length 2 pass MeshLab to the bit where a filter only takes away a vertex that is there twice."""
+    normals = 2.0 * np.array([[0.6, 0.0, 0.8], [0, 1, 0], [1, 0, 0], [0, 0, -1], [0, 0, -1]])
+    path = tmp_path / "cloud.ply"
+    vertex = [
+        *xyz(TETRAHEDRON[0][[0, 1, 2, 3, 3]]),
+        *(("double", c, normals[:, k].tolist()) for k, c in enumerate(("nx", "ny", "nz"))),
+    ]
+    path.write_bytes(ply_bytes(vertex, []))
+    report = session_report(path, tmp_path / "out.ply", ("meshing_remove_duplicate_vertices", {}))
+    after = read_file(staged_files(report)["out.ply"]).mesh
+    assert len(after.vertices) == 4
+    np.testing.assert_array_equal(after.vertex_normals, normals[:4])
+
+
 @pytest.mark.parametrize("extension", [e for e in WRITABLE if e in READABLE])
 def test_what_a_format_holds(tmp_path: Path, everything: Path, extension: str) -> None:
     """Each format gives back what it is said to hold, and exactly the rest of what the mesh has is named in a warning."""

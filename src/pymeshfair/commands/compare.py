@@ -30,7 +30,7 @@ def compare(
     align: Annotated[bool, Option("--align", help="First turn and move AFTER onto BEFORE.")] = False,
     deviations: Annotated[
         Path | None,
-        Option(metavar="OUT.csv|OUT.ply", help="Write the signed distance of each vertex of AFTER; - prints the table."),
+        Option(metavar="OUT.csv|OUT.ply", help="Write the distance of each vertex of AFTER from BEFORE; - prints the table."),
     ] = None,
     section: Annotated[
         list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
@@ -46,7 +46,7 @@ def compare(
 
     The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """
-    from ..declaration.parameters import unit_of_scan
+    from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
     from ..files.errors import OutputError
     from ..files.formats import extension
     from ..files.outputs import same_file
@@ -70,8 +70,8 @@ def compare(
     meshes = [read_mesh(path, **reading) for path in (before, after)]
     meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
     units = [mesh.mesh.unit for mesh in meshes]
+    warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
     unit = unit_of_scan(unit, units[0])
-    warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     if all(units) and units[0] != units[1]:
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
     for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:

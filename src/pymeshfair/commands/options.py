@@ -68,7 +68,7 @@ Recipe = Annotated[
 
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
 Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that pymeshfair cannot check (.3ds, .ctm ...).")]
-Unit = Annotated[str | None, Option(metavar="mm|cm|m|in", help="The unit of the scan; by default that of its file or recipe.")]
+Unit = Annotated[str | None, Option(metavar="mm|cm|m|in|ft|um", help="The scan's unit; by default that of its file or recipe.")]
 Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default 80 % of the machine's.")]
 Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit of a run; in a batch, of each scan.", min=0.001)]
 
@@ -189,12 +189,9 @@ def lengths_in_mesh_units(
 ) -> tuple[float | None, Ends | None]:
     """The values of ``--tolerance`` and ``--limits LOW,HIGH`` in mesh units; `unit` is that of the scan."""
     from ..declaration import Length
-    from ..declaration.parameters import check_unit
     from ..filters.inspection import Limits as Ends
 
     def length(text: str) -> float:
-        if unit is not None:
-            check_unit(unit)
         return Length.parse(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
 
     allowed, ends = None, None

@@ -52,7 +52,7 @@ def picture(
     """
     import io
 
-    from ..declaration.parameters import unit_of_scan
+    from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
@@ -76,7 +76,7 @@ def picture(
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
-    warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings))
+    warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings), *doubts_of_typed_unit(unit, opened[0].mesh.unit))
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
     unit = unit_of_scan(unit, opened[0].mesh.unit)
     measured = opened[0].measured

@@ -6,7 +6,7 @@ import math
 import numbers
 import re
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, cast
 
@@ -15,8 +15,8 @@ import numpy as np
 from ..errors import ParameterError, nearest
 
 AUTO = "auto"  # the word for a value that the filter chooses for the mesh
-LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in"]
-METRES: Mapping[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}  # the units that a scan may have, in metres
+LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in", "ft", "um"]
+METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048, "um": 1e-6}  # the units that a scan may have, in metres
 _LENGTH_SUFFIX = {"absolute": "", "percent": "%", "edge": "edge"} | {unit: unit for unit in METRES}
 _LENGTH = re.compile(rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?|{'|'.join(METRES)})?")
 
@@ -93,10 +93,16 @@ class Length:
 
 
 def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:
-    """The unit of a scan: the one that the user typed, else that of the file if in `METRES`, else that of the recipe; or None."""
+    """The unit of a scan: the one that the user typed, else that of the file, else that of the recipe; or None."""
     if typed is not None:
         return check_unit(typed)
-    return of_file if of_file in METRES else of_recipe or None
+    return of_file or of_recipe or None
+
+
+def doubts_of_typed_unit(typed: str | None, of_file: str | None) -> tuple[str, ...]:
+    """A warning if the user typed another unit than the file of the scan says."""
+    text = f"the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}: its numbers mean {typed}"
+    return (text,) if typed and of_file and typed != of_file else ()
 
 
 def check_unit(unit: str) -> str:

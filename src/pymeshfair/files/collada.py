@@ -10,13 +10,14 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ..declaration.parameters import METRES
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, quoted
 from .polygons import edges_of, triangles_of
-from .scenes import METRES, Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
+from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: how many numbers a transformation has

@@ -15,6 +15,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from ..declaration.parameters import METRES
 from ..filters.mesh import Floats, Longs
 from ..mesh_data import MeshData, Texture
 from ..mesh_data.mesh_data import Array
@@ -22,7 +23,7 @@ from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
-from .scenes import METRES, Assembly, affine_matrix, levels
+from .scenes import Assembly, affine_matrix, levels
 
 #: the largest number of JSON values in a document; reading a million takes a second
 _PARTS = 1_000_000

@@ -11,8 +11,8 @@ from typing import BinaryIO
 import numpy as np
 
 from ..filters.mesh import Bools, Floats
-from ..mesh_data import MeshData, Source
-from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array
+from ..mesh_data import MeshData, Source, as_levels
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array, source_ids
 from .errors import ContentsError
 from .inputs import Reading, References, unended
 from .outputs import Writing
@@ -28,7 +28,7 @@ _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: how many numbers a PTX point has: position and intensity, or position, intensity and colour
 _PLAIN, _COLOURED = 4, 7
-_ROUNDED = 1e-6  # the largest error in the last column of a PTX matrix
+_ROUNDED = 1e-6  # the largest error of numbers that are written with six decimals
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +39,7 @@ class PointsDocument:
     titles: bytes = b""  # the line of titles
     separator: str = " "  # between numbers
     counted: bool = False  # whether a line with the number of points precedes the points
-    top: float = 255.0  # the value of full red, green or blue: 255 or 1; 0 if no columns hold colours
-    has_comments: bool = False  # besides the titles
+    shares: Floats | None = None  # (n, 3) red, green and blue, if the text has them as shares from 0 to 1
 
 
 def read_points(path: Path, references: References) -> Reading:
@@ -52,7 +51,7 @@ def read_points(path: Path, references: References) -> Reading:
         raise ContentsError("it is no text")
     separator = _separator(data)
     tokens = tokenise(joined(data if separator == " " else data.replace(separator.encode(), b" ")))
-    titles, titled, start = _titles(tokens, data)
+    titles, titled, start = _titles(tokens, data, separator)
     lines = np.arange(start, len(tokens.numbers))
     if not len(lines):
         raise ContentsError("it holds no points")
@@ -70,33 +69,37 @@ def read_points(path: Path, references: References) -> Reading:
     whole = (tokens.kinds[tokens.first[lines][:, None] + np.arange(width)] == INTEGER).all(axis=0)
     titles_fit = len(titled) == width == len(set(titled)) and set(_PLACE) <= set(titled)
     columns = titled if titles_fit else _guessed(values, whole)
-    vertices, attributes, top = _attributes(columns, values, whole)
-    extras = (f"its titles {titles.decode('utf-8', 'replace')!r}",) if titles and not titles_fit else ()
-    has_comments = data.count(b"#") > titles.count(b"#")
-    document = PointsDocument(columns, titles, separator, counted, top, has_comments)
-    source = Source(path, "xyz", document, (*extras, *(("comments",) if has_comments else ())))
+    vertices, attributes, shares = _attributes(columns, values, whole)
+    extras = [f"its titles {titles.decode('utf-8', 'replace')!r}"] if titles and not titles_fit else []
+    extras += ["comments"] if data.count(b"#") > titles.count(b"#") else []
+    if shares is not None and np.abs(as_levels(shares) / 255 - shares).max() > _ROUNDED:
+        extras.append("decimals of colours")
+    document = PointsDocument(columns, titles, separator, counted, shares)
+    source = Source(path, "xyz", document, tuple(extras))
     return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, source=source), unended(data))
 
 
 def _separator(data: bytes) -> str:
-    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas."""
-    head = data[:65536]
-    if b";" in head:
+    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas. Comments do not count."""
+    data = re.sub(rb"#[^\r\n]*", b"", data) if b"#" in data else data
+    if b";" in data:
         if b"," in data:
             raise ContentsError("it has commas and semicolons; decimals are written with a point")
         return ";"
     if b"," not in data:
         return " "
-    lines = [line for line in head.splitlines() if b"," in line and not line.lstrip().startswith(b"#")]
-    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines):
+    lines = [line for line in data[:65536].splitlines() if b"," in line]
+    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines[1:] or lines):  # the first line may have titles
         raise ContentsError("it has commas and blanks between numbers; decimals are written with a point")
     return ","
 
 
-def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
+def _titles(tokens: Tokens, data: bytes, separator: str) -> tuple[bytes, tuple[str, ...], int]:
     """Returns the line of titles, which may be a comment; the attributes in it; and the number of the first row."""
     first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
-    names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
+    text = first.decode("utf-8", "replace").lower().replace("normal_", "normal")
+    parts = text.split(separator) if separator != " " and separator in text else re.findall(r"\w+", text)
+    names = ["_".join(re.findall(r"\w+", part)) for part in parts]
     titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
     if first.startswith(b"#"):
         return (first, titled, 0) if set(_PLACE) <= set(titled) else (b"", (), 0)
@@ -110,36 +113,38 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     width = values.shape[1]
     rgb = slice(4, 7) if width == 7 else slice(3, 6)
     are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
-    if width == 6:
-        return (*_PLACE, *(_COLOR if are_levels and values[:, 3:].max() > 1 else _NORMAL))
+    lengths = np.linalg.norm(values[:, -3:], axis=1)
+    are_normals = np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 0.01  # normals may be written with two decimals
+    are_colors = are_levels and values[:, rgb].max() > 1
+    if width == 6 and (are_colors or are_normals):
+        return (*_PLACE, *(_COLOR if are_colors else _NORMAL))
     if width == 7 and not are_levels:
         raise ContentsError("the last three numbers of its rows are no colours from 0 to 255")
-    if width == 9 and are_levels:
+    if width == 9 and are_levels and are_normals:
         return (*_PLACE, *_COLOR, *_NORMAL)
     if width in (3, 4, 7):
         return (*_PLACE, "intensity", *_COLOR)[:width]
     return (*_PLACE, *(f"column_{k}" for k in range(4, width + 1)))
 
 
-def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], float]:
+def _attributes(columns: tuple[str, ...], values: Floats, whole: Bools) -> tuple[Floats, dict[str, Array], Floats | None]:
     column = {name: k for k, name in enumerate(columns)}
     vectors = {names: values[:, [column[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
     attributes: dict[str, Array] = {}
     if _NORMAL in vectors:
         attributes["normals"] = vectors[_NORMAL]
-    top = 0.0
-    if _COLOR in vectors and vectors[_COLOR].min() >= 0 and vectors[_COLOR].max() <= 255:
-        levels = whole[[column[n] for n in _COLOR]].all()
-        top = 255.0 if levels else 1.0 if vectors[_COLOR].max() <= 1 else 0.0
-    if top:
-        colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
-        colors[:, :3] = np.rint(vectors[_COLOR] * (255 / top))
-    standard = {*_PLACE, *(_NORMAL if _NORMAL in vectors else ()), *(_COLOR if top else ())}
+    shares: Floats | None = None
+    if (colors := vectors.get(_COLOR)) is not None:
+        top = 255.0 if whole[[column[n] for n in _COLOR]].all() else 1.0
+        if colors.min() >= 0 and colors.max() <= top:
+            shares = colors if top == 1 else None
+            attributes["colors"] = as_levels(np.pad(colors / top, ((0, 0), (0, 1)), constant_values=1.0))
+    standard = {*_PLACE, *(_NORMAL if _NORMAL in vectors else ()), *(_COLOR if "colors" in attributes else ())}
     for name, k in column.items():
         if name not in standard:
             small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
             attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
-    return vectors[_PLACE], attributes, top
+    return vectors[_PLACE], attributes, shares
 
 
 def _expe(path: Path, data: bytes, head: re.Match[bytes]) -> Reading:
@@ -222,16 +227,22 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the source text; for other sources coordinates and normals, or in .pts intensity and colours."""
-    counted = writing.extension == "pts"
-    plain = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
-    document = mesh.document(PointsDocument) or plain
+    """Writes the columns of a source with the same layout; else coordinates and normals, or in .pts intensity and colours."""
+    counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
+    extras = () if document is None or source is None else source.extras
+    is_of_pts = source is not None and source.path.suffix.lower() == ".pts"
+    if document is None or (is_of_pts != counted and writing.extension in ("pts", "xyz")):
+        document = PointsDocument((*_PLACE, "intensity", *_COLOR) if counted else (*_PLACE, *_NORMAL), counted=counted)
     values: dict[str, Array] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
     lost = []
     for name, attribute in mesh.vertex_attributes.items():
         if name == "colors":
-            shares = attribute.T[:3] if document.top == 255 else attribute.T[:3] / 255
-            columns = dict(zip(_COLOR, shares, strict=True))
+            colors = attribute[:, :3]
+            if document.shares is not None:
+                ids = source_ids(mesh.vertex_ids, len(mesh.vertices))
+                same = (ids >= 0) & (as_levels(document.shares[ids]) == colors).all(axis=1)
+                colors = np.where(same[:, None], document.shares[ids], colors / 255)
+            columns = dict(zip(_COLOR, colors.T, strict=True))
         elif name == "normals":
             columns = dict(zip(_NORMAL, attribute.T, strict=True))
         else:
@@ -246,5 +257,6 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     if document.counted:
         target.write(b"%d\n" % len(mesh.vertices))
     target.writelines(rows(document.separator.join(["%r"] * len(written)), written))
-    notes = ["the comments of the text that was read are left out"] if document.has_comments else []
+    left_out = [name for name in extras if name == "comments" or (name == "decimals of colours" and document.shares is None)]
+    notes = [f"the {name} of the text that was read are left out" for name in left_out]
     return (*notes, *([f"it does not hold {', '.join(lost)} of the mesh; .ply keeps them"] if lost else []))

@@ -26,7 +26,6 @@ DEEPEST = 200
 _MOST_ELEMENTS = 500_000
 #: the largest number of parts that a scene places, groups included, and of vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
-METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 #: values of an attribute in parts that lack it
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 

@@ -132,7 +132,7 @@ class Moved:
 class Deviation:
     """Distances of one surface from the other: at samples of its faces, weighted by area, or at the points of a cloud.
 
-    Distances are above 0 on the outer side of the other surface. Errors are twice the standard error of random samples.
+    Distances are above 0 on the outer side of a surface, and from a cloud. Errors are twice the standard error of random samples.
     """
 
     samples: int

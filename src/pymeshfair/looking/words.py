@@ -167,11 +167,9 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
     elif result.hausdorff.mesh_units <= result.rounding:
         text = f"No difference between the surfaces at {after.samples + before.samples:,} samples of their faces."
     else:
-        text = (
-            f"The surfaces lie {_in_edges(after.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at "
-            f"most, {'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(after.mean, unit, sign=False)} "
-            "on average."
-        )
+        apart = f"{_in_edges(after.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at most"
+        side = f"{'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(after.mean, unit)} on average"
+        text = f"The surfaces lie {apart}, {side}." if result.before["faces"] else f"The points lie {apart}."
     if moved is not None and not moved.largest.mesh_units:
         text += " No vertex moved."
     elif moved is not None:
@@ -192,9 +190,10 @@ def _within(side: Deviation, tolerance: float) -> str:
 def area_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
     """Returns the headers and the rows of the furthest areas out of tolerance."""
     length = unit or "mesh units"
+    signs = {"after": "+" if result.before["faces"] else "", "before": "+" if result.after["faces"] else ""}
     headers = ["area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({length}²)"]
     return [headers] + [
-        [f"{k}, of {a.mesh.upper()}", point_text(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
+        [f"{k}, of {a.mesh.upper()}", point_text(a.place), f"{a.amount:{signs[a.mesh]}.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
         for k, a in enumerate(result.out_of_tolerance[:MOST_AREAS], 1)
     ]
 
@@ -202,12 +201,13 @@ def area_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
 def distance_table(result: Comparison, unit: str | None = None) -> list[list[str]]:
     """Returns the headers and the rows of the distances of two surfaces, in three units."""
     after, before, moved = result.after_from_before, result.before_from_after, result.displacement
+    part = "area is" if result.after["faces"] else "points are"
     rows = [
-        ("AFTER from BEFORE, mean (above 0: outwards)", after.mean),
+        (f"AFTER from BEFORE, mean{' (above 0: outwards)' if result.before['faces'] else ''}", after.mean),
         ("mean without sign", after.mean_size),
         ("root mean square", after.rms),
         ("standard deviation", after.standard_deviation),
-        *((f"{percent} % of the area is nearer than", length) for percent, length in after.percentiles.items()),
+        *((f"{percent} % of the {part} nearer than", length) for percent, length in after.percentiles.items()),
         (f"largest, at {point_text(after.place)}", after.largest),
         ("BEFORE from AFTER, root mean square", before.rms),
         (f"largest, at {point_text(before.place)}", before.largest),
@@ -230,8 +230,10 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
     square = f" {unit}²" if unit else ""
     mean, rms = (_in(error.mesh_units, unit, 2) for error in (after.mean_error, after.rms_error))
     bound = _in(result.hausdorff_at_most.mesh_units, unit, 4)
+    surfaces = sum(measures["faces"] > 0 for measures in (result.before, result.after))
+    places = ("at the points of clouds", "on faces by area and at the points of clouds", "on faces by area")[surfaces]
     lines = [
-        f"distances: {after.samples:,} samples of AFTER and {before.samples:,} of BEFORE, on faces by area; sampling errors of "
+        f"distances: {after.samples:,} samples of AFTER and {before.samples:,} of BEFORE, {places}; sampling errors of "
         f"the mean {mean}, of the root mean square {rms}; the Hausdorff distance is at most {bound}"
     ]
     for words, value in (("area", result.area_change), ("volume", result.volume_change)):
@@ -255,9 +257,9 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
     return [*lines, *(f"{words}: {', '.join(names)}" for words, names in attributes.items() if names)]
 
 
-def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:
+def _in_edges(length: LengthIn, unit: str | None) -> str:
     value, unit = (length.mesh_units, unit) if length.mean_edges is None else (length.mean_edges, "mean edges")
-    return _in(value if sign else abs(value), unit)
+    return _in(abs(value), unit)
 
 
 def _in(value: float, unit: str | None, digits: int = 3) -> str:

@@ -201,7 +201,7 @@ def _decimation(mesh: Shown) -> str:
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
     """Draws both meshes from the front, and the distances from six sides, with a colour bar."""
-    unit_name, tolerance = unit or "mesh units", compared.tolerance
+    unit_name, tolerance, has_sides = unit or "mesh units", compared.tolerance, len(compared.before.mesh.faces) > 0
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)
     panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
@@ -215,23 +215,27 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
         azimuth, elevation = VIEWS[side]
         view = replace(look, azimuth=azimuth, elevation=elevation)
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
-        words = "orange where it is outside of the mesh before, blue where it is inside"
+        words = (
+            "orange where it is outside of the mesh before, blue where it is inside" if has_sides else "orange where it is far"
+        )
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
     within = f", within {tolerance:.4g} {unit_name} pale green" if tolerance else ""
     bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
     coloring = COLORINGS["distance"]
-    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), in_unit(coloring.label, unit))
+    label = coloring.label if has_sides else "distance from the cloud before (mesh units)"
+    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), in_unit(label, unit))
     scale = figure_of(
         bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
         f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} {unit_name}{within}.",
-        f"The colours of distances: orange outwards, blue inwards{within}",
+        f"The colours of distances: {'orange outwards, blue inwards' if has_sides else 'orange far'}{within}",
     )
     return [*figures, scale]
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
     meshes, distances = compared.meshes, compared.after_distance.at_vertices
-    charts = [histogram("Distance from the mesh before", f"{unit}, outwards above 0", {"after": distances}, *ends)]
+    sides = ", outwards above 0" if len(compared.before.mesh.faces) else ""
+    charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances}, *ends)]
     if len(curvatures) == 2:
         values = np.concatenate(list(curvatures.values()))
         charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(values)))

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from ..declaration import Length
-from ..declaration.parameters import unit_of_scan
+from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import SCHEMA, described_file, provenance_path, read_provenance
@@ -78,18 +78,19 @@ class Job:
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
     def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
-        """A warning if the recipe is for another unit than the scan's, given the unit in the scan's file."""
+        """Warnings if the job's unit is not that of the scan's file, and if the recipe is for another unit than the scan's."""
         unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
-        if not recipe_unit or recipe_unit == unit:
-            return ()
-        return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
+        text = f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}"
+        return (*doubts_of_typed_unit(self.unit, file_unit), *([text] if recipe_unit and recipe_unit != unit else ()))
 
-    def losses_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
-        """A warning if the output cannot hold the unit in the scan's file. A file of the scan's own format holds it."""
-        kind = WRITABLE[extension(self.output)]
-        if file_unit is None or file_unit in kind.units or kind is READABLE.get(extension(self.input)):
+    def losses_of_unit(self, file_unit: str | None, elements: int = 0) -> tuple[str, ...]:
+        """A warning if the output, of some faces and edges, cannot hold the unit in the scan's file, as its own format does."""
+        kind, source = WRITABLE[extension(self.output)], READABLE.get(extension(self.input))
+        if file_unit is None or file_unit in kind.units or kind is source:
             return ()
-        return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}; .3mf and .glb keep it",)
+        of_source = f"; .{source.extension} keeps it" if source is not None and source.writer else ""
+        advice = "; .3mf and .glb keep it" if elements else of_source  # .3mf holds no clouds, .glb rounds places of surveys
+        return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}{advice}",)
 
     def check_unit(self) -> None:
         """Refuse lengths with a unit if the scan's unit is not known, unless the input's format can state a unit."""
