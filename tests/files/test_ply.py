@@ -220,6 +220,56 @@ def test_a_mesh_without_a_file_is_written_whole(tmp_path: Path) -> None:
     )
 
 
+def test_names_that_the_format_cannot_hold_are_changed(tmp_path: Path) -> None:
+    """Attributes whose names have blanks or accents, or are those of other columns, are written under other names and told."""
+    numbers = np.arange(3.0)
+    attributes = {name: numbers + k for k, name in enumerate(("scalars", "Pulse width", "Pulse_width", "größe", "quality"))}
+    target = io.BytesIO()
+    notes = write_ply(MeshData(vertices=np.eye(3), vertex_attributes=attributes), target)
+    again = read(tmp_path, target.getvalue())
+    np.testing.assert_array_equal(again.vertex_scalars, numbers)
+    assert again.source is not None
+    custom = again.source.document.custom("vertex")
+    assert {name: values[0] for name, values in custom.items()} == {
+        "Pulse_width": 1.0,
+        "Pulse_width_": 2.0,
+        "gr_e": 3.0,
+        "quality_": 4.0,
+    }
+    reason = "PLY has no blanks, no accents and no name twice"
+    assert notes == (
+        f"the attribute 'Pulse width' is written as 'Pulse_width': {reason}",
+        f"the attribute 'Pulse_width' is written as 'Pulse_width_': {reason}",
+        f"the attribute 'größe' is written as 'gr_e': {reason}",
+        f"the attribute 'quality' is written as 'quality_': {reason}",
+    )
+
+
+def test_whole_numbers_of_64_bits_are_written_as_double(tmp_path: Path) -> None:
+    """Numbers within 32 bits stay integers, larger ones become double, and those above 2^53 are told, as they are rounded."""
+    attributes = {
+        "small": np.array([-5, 0, 7]),
+        "stamp": np.arange(3) * 2**40 + 1,
+        "big": np.full(3, 2**63 + 5, np.uint64),
+        "deep": np.full(3, -(2**63)),
+    }
+    target = io.BytesIO()
+    notes = write_ply(MeshData(vertices=np.eye(3), vertex_attributes=attributes), target)
+    again = read(tmp_path, target.getvalue())
+    assert again.source is not None
+    custom = again.source.document.custom("vertex")
+    assert {name: values.dtype.str for name, values in custom.items()} == {
+        "small": "<i4",
+        "stamp": "<f8",
+        "big": "<f8",
+        "deep": "<f8",
+    }
+    for name, values in attributes.items():
+        np.testing.assert_array_equal(custom[name], values.astype(custom[name].dtype))
+    words = "the whole numbers of {!r} are written as double, which rounds those above 2^53"
+    assert notes == (words.format("big"), words.format("deep"))
+
+
 def test_strips_and_grids_are_those_of_meshlab(tmp_path: Path) -> None:
     """Triangle strips and range images give the triangles that MeshLab makes of them, in its order."""
     rng = np.random.default_rng(2)

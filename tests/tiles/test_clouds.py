@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
 from unittest import mock
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
 from pymeshfair.files.errors import ContentsError
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.ply_write import write_ply
 from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cells import divide
@@ -23,6 +26,7 @@ from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
 from pymeshfair.tiles.plan import PlannedStep
 from pymeshfair.tiles.sources import PlyFile
 from pymeshfair.tiles.workers import Tasks
+from tests.files.plys import Element, ply_file
 from tests.tiles import tiling
 from tests.tiles.tiling import duplicates, loop, normals, strays, surplus
 
@@ -170,6 +174,37 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     np.testing.assert_array_equal(cloud.scalars.read(0, len(points)), expected)
     assert cloud.kept is not None
     np.testing.assert_array_equal(np.flatnonzero(cloud.kept.read(0, len(points))), left[second <= 0.6])
+
+
+@pytest.mark.parametrize("type_", ["float", "uchar"])
+def test_new_values_of_a_property_are_written_as_in_one_piece(type_: str, tmp_path: Path) -> None:
+    """Probabilities take the place of `quality` between coordinates, as real numbers, in the bytes that one piece has."""
+    points = uneven(2)
+    properties = [("double", "x"), (type_, "quality"), ("double", "y"), ("double", "z"), ("int", "label")]
+    rows = [(x, number % 200, y, z, number) for number, (x, y, z) in enumerate(points)]
+    (tmp_path / "in.ply").write_bytes(ply_file([Element("vertex", properties, rows)]))
+    cloud, pool = Cloud(PlyFile(tmp_path / "in.ply"), tmp_path), cast("Tasks", tiling.Here())
+    cloud, _, _ = do_step(cloud, loop(1, 10, 2.0, 0.5), pool, 10**6, progress=lambda share: None, most=300)
+    write_cloud(cloud, tmp_path / "out.ply", 100)
+    found = local_outlier_probability(points, neighbors=10, extent=2.0)
+    mesh = read_file(tmp_path / "in.ply").mesh.with_attributes({"scalars": found}).part(found <= 0.5)
+    target = BytesIO()
+    write_ply(mesh, target)
+    assert (tmp_path / "out.ply").read_bytes() == target.getvalue()
+    written = read_file(tmp_path / "out.ply").mesh
+    np.testing.assert_array_equal(written.vertices, points[found <= 0.5])
+    np.testing.assert_array_equal(written.vertex_scalars, found[found <= 0.5].astype("f4" if type_ == "float" else "f8"))
+
+
+def test_new_properties_have_the_order_of_one_piece(tmp_path: Path) -> None:
+    """Normals and then the probability follow the properties of the file, whichever step comes first."""
+    cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", uneven(4))), tmp_path)
+    pool = cast("Tasks", tiling.Here())
+    for step in (loop(1, 10, 2.0, 0.4), normals(3, 10, 0)):
+        cloud = do_step(cloud, step, pool, 10**6, progress=lambda share: None, most=400)[0]
+    write_cloud(cloud, tmp_path / "out.ply", 100)
+    names = PlyFile(tmp_path / "out.ply").vertices.dtype.names
+    assert names == ("x", "y", "z", "number", "nx", "ny", "nz", "quality")
 
 
 @pytest.mark.parametrize(("most", "side"), [(60, 0.3), (300, 3.0), (10_000, 0.01)])

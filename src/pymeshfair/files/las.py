@@ -272,14 +272,10 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 
 
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
-    """Chooses a dimension for each column; declares missing dimensions, leaves out what the format cannot hold.
-
-    Numbers that do not fit a standard dimension go to an extra dimension, whose name ends with "_".
-    """
+    """Chooses or declares a dimension for each column; one that replaces a standard dimension has a name that ends with "_"."""
     import laspy
 
     standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
-    declared = set(header.point_format.dimension_names)
     stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = ranges.get(name, (0.0, 0.0, True))
@@ -293,7 +289,7 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
                 stored_name = f"{name}_"
                 notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {stored_name!r}")
         stored[name] = stored_name, 1.0
-        if stored_name in declared:
+        if is_declared(header, stored_name, values):
             continue
         kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]
         width = 1 if values.ndim == 1 else values.shape[1]
@@ -303,6 +299,19 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
             continue
         header.add_extra_dim(laspy.ExtraBytesParams(stored_name, kind if width == 1 else f"{width}{kind}"))
     return stored
+
+
+def is_declared(header: Any, name: str, values: Array) -> bool:
+    """Returns whether the header declares a dimension for these values; removes an extra dimension that would round them."""
+    dimension = next((d for d in header.point_format.dimensions if d.name == name), None)
+    if dimension is None or dimension.is_standard or dimension.kind.name == "FloatingPoint" or values.dtype.kind != "f":
+        return dimension is not None
+    scales, offsets = (dimension.scales, dimension.offsets) if dimension.is_scaled else (1.0, 0.0)
+    steps, limits = np.rint((values - offsets) / scales), np.iinfo(dimension.dtype.base)
+    is_held = bool(((steps * scales + offsets == values) & (steps >= limits.min) & (steps <= limits.max)).all())
+    if not is_held:
+        header.remove_extra_dims([name])
+    return is_held
 
 
 def _suffices(header: Any, vertices: Floats, least: Floats, most: Floats, resolution: float) -> bool:

@@ -146,35 +146,35 @@ def _plain(type_: str) -> str:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """Returns the header with these elements, and textures renamed by `textures`; drops the lines of all other elements."""
+    """Returns the header with these elements, their properties in this order, and textures renamed; drops other elements."""
     missing = {e.name: e for e in elements}
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
-    is_kept, end = True, "\n"
+    end = "\n"
     lines: list[str] = []
     for raw in header.text.splitlines(keepends=True):
-        new: str | None = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
-        words, end = str(new).split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
+        new = raw.rstrip(b"\r\n").decode("utf-8", "surrogateescape")
+        words, end = new.split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
         if words[:1] in (["element"], ["end_header"]):
             lines += [_declaration(p) + end for p in undeclared.values()]
-            undeclared, is_kept = {}, True
+            undeclared = {}
         match words:
             case ["end_header"]:
                 break
             case ["element", name, count]:
-                element = missing.pop(name, None)
-                is_kept = element is not None
-                if element is not None:
-                    undeclared = {p.name: p for p in element.properties}
-                    new = new if int(count) == element.count else f"element {name} {element.count}"
-            case ["property", *types, name] if is_kept:
-                p = undeclared.pop(name, None)
-                same = p is not None and _declaration(p).split() == ["property", *map(_plain, types), name]
-                new = new if same else None if p is None else _declaration(p)
+                if (element := missing.pop(name, None)) is None:
+                    continue
+                undeclared = {p.name: p for p in element.properties}
+                new = new if int(count) == element.count else f"element {name} {element.count}"
+            case ["property", *types, name]:
+                while name in undeclared:
+                    p = undeclared.pop(next(iter(undeclared)))
+                    same = _declaration(p).split() == ["property", *map(_plain, types), name]
+                    lines.append((new if same else _declaration(p)) + end)
+                continue
             case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
-                name = str(new).split(maxsplit=2)[2].strip()
+                name = new.split(maxsplit=2)[2].strip()
                 new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
-        if new is not None and (is_kept or words[:1] not in (["element"], ["property"])):
-            lines.append(new + end)
+        lines.append(new + end)
     for element in missing.values():
         lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]
     return "".join((*lines, "end_header", end)).encode("utf-8", "surrogateescape")

@@ -4,6 +4,7 @@ Unchanged contents are written byte for byte. Rows of deleted elements are left 
 triangles form a polygon if possible, perhaps with another first corner. In new rows, properties without a value are 0.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import BinaryIO
@@ -75,7 +76,8 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
     ids = mesh.vertex_ids
-    rows = _rows("vertex", table, ids, values | _custom(attributes, VERTEX_ATTRIBUTES), attributes.get("colors"))
+    values |= _custom(attributes, VERTEX_ATTRIBUTES, values, table, notes)
+    rows = _rows("vertex", table, ids, values, attributes.get("colors"))
     if table is None or (ids is None and rows.element != table.element):
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
@@ -128,7 +130,8 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
         values[ply.SCALAR] = of_rows["scalars"]
     if "texture" in of_rows and len(mesh.textures) > 1:
         values[ply.TEXTURE_NUMBER] = of_rows["texture"]
-    return _rows("face", table, row, values | _custom(of_rows, FACE_ATTRIBUTES), of_rows.get("colors"))
+    values |= _custom(of_rows, FACE_ATTRIBUTES, values, table, notes)
+    return _rows("face", table, row, values, of_rows.get("colors"))
 
 
 def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
@@ -152,8 +155,8 @@ def _rows(
     element: str, table: Table | None, ids: Longs | None, values: Mapping[str, Column], colors: NDArray[np.uint8] | None = None
 ) -> Table:
     """Returns the rows `ids` of an element's table in the source file, with the new `values` and `colors`."""
-    if colors is not None:
-        values = {**values, **_channels(colors, table, ids)}
+    channels = {} if colors is None else _channels(colors, table, ids)
+    values = {**values, **channels}
     columns: dict[str, Column] = {}
     properties: list[PlyProperty] = []
     changed: set[str] = set()
@@ -165,9 +168,10 @@ def _rows(
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
         if value is not base and isinstance(value, Lists) == isinstance(base, Lists):
+            p = p if p.name in (*ply.PLACE, *channels) else _wide_enough(p, value)
             value = value if isinstance(value, Lists) else _cast(value, p.type)
             if not _are_same(base, value):
-                base, p = value, _wide_enough(p, value)
+                base = value
                 changed.add(p.name)
         columns[p.name] = base
         properties.append(p)
@@ -210,14 +214,24 @@ def _cast(values: Array, type_: str) -> Array:
     return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
 
 
-def _custom(attributes: Mapping[str, Array], standard: frozenset[str]) -> dict[str, Array]:
-    """Returns the custom attributes by name of property; a vector becomes one property per axis."""
+def _custom(
+    attributes: Mapping[str, Array], standard: frozenset[str], other: Mapping[str, Column], table: Table | None, notes: list[str]
+) -> dict[str, Array]:
+    """Returns the custom attributes by name of property, a new one where it is no name in PLY; a vector becomes one per axis."""
+    taken = {*other, *((*ply.COLOR, ply.ALPHA) if "colors" in attributes else ())}
     columns: dict[str, Array] = {}
-    for name, values in attributes.items():
-        if name in standard:
-            continue
+    for name in (name for name in attributes if name not in standard):
+        values = attributes[name]
         scalars = {name: values} if values.ndim == 1 else {f"{name}_{axis}": c for axis, c in zip("xyzw", values.T, strict=False)}
-        columns |= scalars
+        for old, column in scalars.items():
+            new = old if table is not None and old in table.columns else re.sub("[^!-~]+", "_", old)
+            while new in taken or new in columns:
+                new += "_"
+            if new != old:
+                notes.append(f"the attribute {old!r} is written as {new!r}: PLY has no blanks, no accents and no name twice")
+            if column.dtype.kind in "iu" and max(-int(column.min(initial=0)), int(column.max(initial=0))) > 2**53:
+                notes.append(f"the whole numbers of {new!r} are written as double, which rounds those above 2^53")
+            columns[new] = column
     return columns
 
 
@@ -238,13 +252,13 @@ def _new_property(name: str, column: Column) -> PlyProperty:
     if isinstance(column, Lists):
         return _wide_enough(PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar"), column)
     small = "uchar" if column.dtype.itemsize == 1 else "uint"
-    return PlyProperty(name, {"b": "uchar", "i": "int", "u": small}.get(column.dtype.kind, "double"))
+    return _wide_enough(PlyProperty(name, {"b": "uchar", "i": "int", "u": small}.get(column.dtype.kind, "double")), column)
 
 
 def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     """Returns the property with types that hold its values; a vertex number of a corner may exceed a small type."""
     if not isinstance(column, Lists):
-        return p
+        return p if KINDS[p.type][0] == "f" or (_cast(column, p.type) == column).all() else replace(p, type="double")
     if KINDS[p.type][0] != "f" and len(column.values) and column.values.max() > np.iinfo(KINDS[p.type]).max:
         p = replace(p, type="int")
     if p.count_type and KINDS[p.count_type][0] != "f" and column.lengths.max(initial=0) > np.iinfo(KINDS[p.count_type]).max:

@@ -201,10 +201,9 @@ def do_step(
 
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
     """Writes the remaining points, with probabilities and normals if steps computed them; returns the number of points."""
-    total, names_of = len(cloud.source), cloud.source.names
+    total = len(cloud.source)
     slices = [(first, min(first + size, total)) for first in range(0, total, size)]
-    additions = (("scalars", cloud.scalars), ("normals", cloud.normals))
-    columns = [(names_of[name], column) for name, column in additions if column.path.exists()]
+    columns = [(names, getattr(cloud, name)) for name, names in cloud.source.names.items() if getattr(cloud, name).path.exists()]
     count = sum(int(np.count_nonzero(cloud.mask(*rows))) for rows in slices)
     marks = (
         (cloud.mask(*rows), {n: v for names, c in columns for n, v in zip(names, np.atleast_2d(c.read(*rows).T), strict=True)})

@@ -40,7 +40,7 @@ from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .mesh import MeshTiles, cut, do_move
 from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows
-from .sources import CLOUD_FORMATS, E57Cloud, MeshFile, Source, open_cloud
+from .sources import CLOUD_FORMATS, E57Cloud, LasCloud, MeshFile, PlyFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
 #: bytes of memory to assume if the system does not report them
@@ -126,10 +126,10 @@ class _TiledRun:
         """Does the steps on a cloud and writes the result."""
         source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
-            rewritten = self.folder / ("input.ply" if extension(self.job.output) == "ply" else "input.las")
+            is_ply = extension(self.job.output) == "ply"
+            rewritten = self.folder / ("input.ply" if is_ply else "input.las")
             notes = self.tasks.run(source.rewrite, rewritten, slice_rows(tile, source.row), self.job.output)
-            source = open_cloud(rewritten)
-            assert not isinstance(source, E57Cloud)
+            source = PlyFile(rewritten, is_converted=True) if is_ply else LasCloud(rewritten)
         cloud, stages = Cloud(source, self.folder), []
         for step in plan:
             with self._step(step.step) as (values, progress):

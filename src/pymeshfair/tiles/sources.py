@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
-from ..files.las import NORMAL, chunks, header_of, las_unit, opened, write_las_pieces
+from ..files.las import NORMAL, chunks, header_of, is_declared, las_unit, opened, write_las_pieces
 from ..files.outputs import without_extras
 from ..files.ply import CORNERS, PLACE, SCALAR
-from ..files.ply_tables import PlyElement, PlyHeader, PlyProperty, header_bytes, read_header, row_type, row_type_at
+from ..files.ply_tables import KINDS, PlyElement, PlyHeader, PlyProperty, header_bytes, read_header, row_type, row_type_at
 from ..files.ply_write import write_ply
 from ..files.writing import to_disk
 from .cells import Ranges, Results
@@ -62,19 +62,19 @@ class PlyFile:
     """A binary PLY file in which all rows of an element have the same size; reading other files raises `ContentsError`."""
 
     path: Path
+    is_converted: bool = False  # from another format: new properties then follow x, y and z, as in a run in one piece
     unit = None
-    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"scalars": (SCALAR,), "normals": ("nx", "ny", "nz")}  # see `LasCloud`
+    names: ClassVar[Mapping[str, tuple[str, ...]]] = {"normals": ("nx", "ny", "nz"), "scalars": (SCALAR,)}  # see `LasCloud`
 
     @cached_property
     def header(self) -> PlyHeader:
         header = read_header(self.path)
         if header.format == "ascii":
             raise ContentsError("it is a text file; by tiles a PLY file must be binary")
-        return header
+        return replace(header, text=header.text.partition(b"element")[0] + b"end_header\n") if self.is_converted else header
 
     @cached_property
     def tables(self) -> dict[str, SlicedTable]:
-        """Returns the elements by name."""
         tables, offset, data = {}, self.header.size, np.asarray(np.memmap(self.path, np.uint8, "r"))
         for element in self.header.elements:
             dtype = row_type_at(data, offset, element, self.header.byte_order)
@@ -113,9 +113,12 @@ class PlyFile:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """See `LasCloud.write`."""
-        old = tuple(p for p in self.vertices.element.properties if p.name not in added)
-        element = PlyElement("vertex", count, (*old, *(PlyProperty(name, "double") for name in added)))
+        """Writes the `count` vertices that `marks` keep, with new values of the properties in `added`, which get a real type."""
+        whole = [p for p in self.vertices.element.properties if p.name in added and KINDS[p.type][0] != "f"]
+        old = [replace(p, type="double") if p in whole else p for p in self.vertices.element.properties]
+        new = [PlyProperty(name, "double") for name in added if name not in (self.vertices.dtype.names or ())]
+        place = len(PLACE) if self.is_converted else len(old)
+        element = PlyElement("vertex", count, (*old[:place], *new, *old[place:]))
         columns = (
             {p.name: rows[p.name][kept] for p in old} | {name: numbers[kept] for name, numbers in values.items()}
             for rows, (kept, values) in zip(self.vertices.slices(size), marks, strict=True)
@@ -215,13 +218,13 @@ class LasCloud:
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
         for name in added:
-            if name not in header.point_format.dimension_names:
+            if not is_declared(header, name, np.array([1 / 3])):  # a number that integers cannot hold
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with opened(self.path) as reader, target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
                 for chunk, (kept, values) in zip(chunks(reader, size), marks, strict=True):
                     points = laspy.ScaleAwarePointRecord.zeros(int(kept.sum()), header=header)
-                    for name in chunk.array.dtype.names:
+                    for name in set(chunk.array.dtype.names) - set(added):
                         points.array[name] = chunk.array[name][kept]
                     for name, numbers in values.items():
                         points[name] = numbers[kept]
