@@ -184,6 +184,9 @@ class Door:
             _drop_changed(of_faces, of_vertices, faces, before.faces)
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
+            del face["polygon"]  # MeshLab has triangulated the mesh, and only some triangles are those from before
+            before = replace(before, face_ids=source_ids(before.face_ids, len(before.faces)))  # so files get other faces, too
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)

@@ -280,6 +280,9 @@ def test_polygons_are_kept_or_named(tmp_path: Path, extension: str) -> None:
             polygon = read_file(staged_files(report)[f"out-{number}.{written}"]).mesh.face_attributes["polygon"]
             assert np.unique(polygon, return_counts=True)[1].tolist() == [2, 2, 2, 2]
     assert "does not hold the polygons" in session_report(path, tmp_path / "out.stl")["warnings"][0]
+    report = session_report(path, tmp_path / "remeshed.ply", ("meshing_isotropic_explicit_remeshing", {"targetlen": "1edge"}))
+    assert "after the steps the mesh has no polygons any more" in report["warnings"]
+    assert "polygon" not in read_file(staged_files(report)["remeshed.ply"]).mesh.face_attributes
 
 
 def test_quads_keep_their_texture_coordinates(tmp_path: Path) -> None:
