@@ -83,7 +83,8 @@ class Door:
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
-        self._with_normals |= FilterClass.NORMAL in step.filter.classes
+        # MeshLab's menu of normals also has filters that only turn faces or the whole mesh
+        self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
