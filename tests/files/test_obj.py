@@ -90,6 +90,7 @@ def test_the_parts_of_a_file(tmp_path: Path) -> None:
         "groups (2)",
         "objects (1)",
         "smoothing groups (1)",
+        "comments (2)",
         "point elements (1)",
         "faces without texture coordinates, which get 0 0 (1)",
         "map_Bump of the material file two words.mtl",
@@ -229,7 +230,7 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     part = mesh.part(np.ones(5, np.bool_), np.array([True, True, True, False, True, True]))
     (tmp_path / "out").mkdir()
     (warning,) = save(part, tmp_path / "out" / "a.obj")
-    assert warning == "a.obj: contents that cannot be rewritten are left out: point elements (1)"
+    assert warning == "a.obj: contents that cannot be rewritten are left out: comments (2); point elements (1)"
     lines = (tmp_path / "out" / "a.obj").read_text().splitlines()
     assert [x for x in lines if x[0] not in "v#"] == [
         *("mtllib a.obj.mtl", "o house", "g floor", "s 1", "usemtl brick wall", "f 1/1 2/2 3/3 4/4"),
@@ -280,7 +281,7 @@ def test_colours_that_steps_paint(tmp_path: Path) -> None:
     save(again.with_attributes({"colors": levels[::-1]}), tmp_path / "c.obj")
     np.testing.assert_array_equal(read_file(tmp_path / "c.obj").mesh.vertex_attributes["colors"], levels[::-1])
     faces = again.with_attributes({"colors": None}, {"colors": levels[:2]})
-    assert save(faces, tmp_path / "d.obj") == ()
+    assert save(faces, tmp_path / "d.obj") == ("d.obj: contents that cannot be rewritten are left out: comments (1)",)
     np.testing.assert_array_equal(read_file(tmp_path / "d.obj").mesh.face_attributes["colors"], levels[[0, 0]])
 
 

@@ -54,8 +54,11 @@ _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k)
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
-_OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
+_OTHERS: tuple[str, ...] = ("comments", "point elements", "parameter space vertices", "curves", "surfaces")
+_OTHERS += ("uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
+#: a comment with words; colours of ZBrush are none
+_COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
@@ -174,6 +177,7 @@ def read_obj(path: Path, references: References) -> Reading:
         raise ContentsError("it is no text")
     tokens = tokenise(joined(data), slashes=True)
     counts = _counts(tokens)
+    counts["comments"] = len(_COMMENT.findall(data)) if b"#" in data else 0
     notes: dict[str, None] = {}
     width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
