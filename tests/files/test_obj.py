@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.declaration import Edit
 from pymeshfair.files.inputs import read_file
-from pymeshfair.mesh_data import MeshData, Texture, moved
+from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import SAMPLES, SMOOTH, session_report, staged_files
 from .round_trips import assert_same, meshlab, read, save
@@ -241,6 +242,19 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     assert_same(again, MeshData(**{**vars(part), "vertex_attributes": part.vertex_attributes}))
     broken = mesh.part(np.ones(5, np.bool_), np.arange(6) > 0)
     assert save(broken, tmp_path / "out" / "b.obj")[1] == "b.obj: polygons that are not whole are written as triangles (1)"
+
+
+def test_added_faces_belong_to_the_group_that_they_touch(tmp_path: Path) -> None:
+    """Added faces, and those behind them, are written with the group and the material of the faces beside them."""
+    (tmp_path / "a.mtl").write_text("newmtl grey\nKd 1 0 0\nnewmtl red\nKd 1 0 0\n")
+    points = "".join(f"v {x} {y} 0\n" for x in range(5) for y in range(2))
+    faces = "g ring\nusemtl grey\nf 1 3 2\ng label\nusemtl red\nf 7 9 8\n"
+    mesh = read(tmp_path / "a.obj", f"mtllib a.mtl\n{points}{faces}")
+    filled = apply_edit(mesh, Edit(added_faces=np.array([[2, 3, 4], [1, 2, 3]], np.int32)))
+    save(filled, tmp_path / "b.obj")
+    lines = (tmp_path / "b.obj").read_text().splitlines()
+    ring = ["g ring", "usemtl grey"]
+    assert lines[-10:] == [*ring, "f 1 3 2", "g label", "usemtl red", "f 7 9 8", *ring, "f 3 4 5", "f 2 3 4"]
 
 
 def test_lines_of_any_length_are_written_whole(tmp_path: Path) -> None:
