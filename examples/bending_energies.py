@@ -3,16 +3,16 @@
 The surface p' minimises sum A (|L p'|^2 + w |p' - p|^2); w is in one over the fourth power of mean edges [nealen2006].
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pymeshlab
-from panels import Panel, draw_panels, save_picture
+from panels import Panel, draw_panels, named_output, save_picture
 
 from pymeshfair.filters.fairing import bilaplacian_smoothing
 from pymeshfair.filters.geometry import mean_edge_length
 
+output = named_output()
 meshes = pymeshlab.MeshSet()
 meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"))
 bunny, faces = meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
@@ -25,4 +25,4 @@ for weight in (0.2, 0.02):
     apart = np.linalg.norm(smooth - bunny, axis=1).mean() / edge
     print(f"w = {weight}: {apart:.3f} mean edges from the bunny without noise")
     panels.append(Panel(f"w = {weight}", smooth, faces))
-save_picture(Path(sys.argv[1]), draw_panels(panels))
+save_picture(output, draw_panels(panels))

@@ -3,18 +3,18 @@
 The longest explicit step that is stable follows from the smallest triangle; an implicit step may be of any length [desbrun1999].
 """
 
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pymeshlab
-from panels import Panel, draw_panels, save_picture
+from panels import Panel, draw_panels, named_output, save_picture
 
 from pymeshfair.filters.checks import UnstableStepError
 from pymeshfair.filters.diffusion import explicit_smoothing, implicit_fairing
 from pymeshfair.filters.geometry import mean_edge_length
 
+output = named_output()
 meshes = pymeshlab.MeshSet()
 meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"))
 bunny, faces = meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
@@ -35,4 +35,4 @@ for title, smooth, parameters in (
     began = time.perf_counter()
     panels.append(Panel(title, smooth(noisy, faces, operator="robust", **parameters), faces))
     print(f"{title}: {time.perf_counter() - began:.2f} s")
-save_picture(Path(sys.argv[1]), draw_panels(panels))
+save_picture(output, draw_panels(panels))

@@ -3,17 +3,17 @@
 Steps of the umbrella operator smooth a coarse mesh further than a fine one; a detail size means the same on both.
 """
 
-import sys
 from pathlib import Path
 
 import pymeshlab
 from fast_simplification import simplify
-from panels import Panel, draw_panels, save_picture
+from panels import Panel, draw_panels, named_output, save_picture
 
 from pymeshfair import MeshSet
 from pymeshfair.filters.inspection import displacement
 from pymeshfair.looking.picture import Appearance
 
+output = named_output()
 panels = []
 for name, parameters in (
     ("apply_coord_explicit_smoothing", {"iterations": 40}),
@@ -33,4 +33,4 @@ for name, parameters in (
         panels.append(Panel(f"{mesh.vertex_number():,} vertices, {way}", *shapes[-1]))
     apart = displacement(*shapes[1], *shapes[0]).distances
     print(f"{way}: the coarse result lies {100 * apart.mean():.3f} % of the bunny's size from the fine one")
-save_picture(Path(sys.argv[1]), draw_panels(panels, Appearance(width=290, height=290)))
+save_picture(output, draw_panels(panels, Appearance(width=290, height=290)))

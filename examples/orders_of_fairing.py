@@ -3,16 +3,14 @@
 A membrane stays flat, a thin plate bulges, and minimum variation, of third order, nearly restores the sphere.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pymeshlab
-from panels import Panel, draw_panels, save_picture
+from panels import Panel, draw_panels, named_output, save_picture
 
 from pymeshfair.filters.fairing import ENERGIES, fair_region
 from pymeshfair.looking.picture import Appearance
 
+output = named_output()
 meshes = pymeshlab.MeshSet()
 meshes.create_sphere(radius=1.0, subdiv=5)
 sphere, faces = meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix().astype(np.int32)
@@ -25,4 +23,4 @@ for energy in ENERGIES:
     shape = fair_region(flat, faces, top, energy=energy).vertices
     print(f"{energy}: the top is at {shape[:, 2].max():.4f}, of the sphere at 1")
     panels.append(Panel(energy, shape, faces, marked=marked))
-save_picture(Path(sys.argv[1]), draw_panels(panels, Appearance(elevation=20.0, up="z", width=300, height=300)))
+save_picture(output, draw_panels(panels, Appearance(elevation=20.0, up="z", width=300, height=300)))

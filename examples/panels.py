@@ -1,5 +1,6 @@
 """Pictures of arrays, side by side from one camera: for the examples, and for the pictures of the pages."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +38,13 @@ def draw_panels(panels: Sequence[Panel], appearance: Appearance | None = None) -
     if some_marked:
         how = replace(how, color="own")
     return draw_meshes([_mesh(panel, tinted=some_marked) for panel in panels], [panel.title for panel in panels], how)
+
+
+def named_output() -> Path:
+    """Return the path of the picture that the command line of an example names, its one argument."""
+    if len(sys.argv) != 2:
+        raise SystemExit(f"usage: python {sys.argv[0]} OUT.png, a picture to write")
+    return Path(sys.argv[1])
 
 
 def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_color: bool = False) -> None:

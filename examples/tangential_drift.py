@@ -4,17 +4,15 @@ Each runs until the sphere has shrunk by 1 %. Colours tell how far vertices have
 umbrella and the scale-dependent operator, the latter half as far at most; nowhere with Laplace-Beltrami [desbrun1999].
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
-from panels import Panel, draw_panels, save_picture
+from panels import Panel, draw_panels, named_output, save_picture
 from scipy.spatial import ConvexHull
 
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.looking.picture import Appearance
 
+output = named_output()
 turn = np.arange(1500) + 0.5
 y = 1.0 - 2.0 * (turn / 1500) ** 2
 around = np.pi * (1.0 + 5.0**0.5) * turn
@@ -36,4 +34,4 @@ for operator in ("uniform", "scale_dependent", "cotangent"):
     print(f"{operator}: {drift.mean():.4f} mean edges along the sphere, {drift.max():.4f} at most")
     panels.append(Panel(f"{operator}: {drift.mean():.3f} edges", shape, faces, scalars=drift))
 appearance = Appearance("scalar", elevation=25.0, width=300, height=300, label="drift in mean edges")
-save_picture(Path(sys.argv[1]), draw_panels(panels, appearance), full_color=True)
+save_picture(output, draw_panels(panels, appearance), full_color=True)

@@ -5,7 +5,6 @@ MeshLab has the number of each vertex and face. A filter that makes a new mesh l
 """
 
 import re
-import shutil
 import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
+from PIL import Image
 
 from .declaration import Filter, FilterClass
 from .files.errors import ContentsError
@@ -23,7 +23,7 @@ from .files.ply_write import write_ply
 from .filters.geometry import unit_vectors
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture
-from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
+from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, read_pixels, source_ids
 from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
@@ -52,10 +52,12 @@ class Door:
         verbose: bool = True,
     ) -> None:
         """Sends the layers to MeshLab; `folder` holds the exchanged files and must exist as long as the meshes."""
-        self._folder, self._meshset, self.lost = folder, BASE(verbose), list[str]()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder, self._meshset, self.lost = Path(tempfile.mkdtemp(dir=folder)), BASE(verbose), list[str]()
         self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
         self._ids: dict[int, int] = {}  # MeshLab's id by the caller's id
         self._sent = meshes
+        self._names: dict[Texture, str] = {}  # the file name in the folder of each image that was sent
         self._painted = self._with_normals = False
         for number, mesh in meshes.items():
             self._send(mesh)
@@ -81,7 +83,8 @@ class Door:
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
-        self._with_normals |= FilterClass.NORMAL in step.filter.classes
+        # MeshLab's menu of normals also has filters that only turn faces or the whole mesh
+        self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
@@ -94,9 +97,8 @@ class Door:
         numbers = {meshlab_id: number for number, meshlab_id in self._ids.items()}
         self._ids, visible = {}, {}
         for mesh in BASE.__iter__(self._meshset):
-            number = numbers.get(mesh.id())
-            if number is None:
-                number, next_id = next_id, next_id + 1
+            number = numbers.get(mesh.id(), next_id)
+            next_id = max(next_id, number + 1)
             self._ids[number] = mesh.id()
             visible[number] = bool(mesh.is_visible())
         current = BASE.current_mesh_id(self._meshset) if self._ids else None
@@ -115,13 +117,15 @@ class Door:
 
     def _send(self, mesh: MeshData) -> None:
         """Sends a mesh as a PLY file, and sets what PLY cannot hold: label, element numbers, matrix."""
-        folder = self._new_folder()
-        path = folder / "mesh.ply"
-        names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
+        path = self._folder / "mesh.ply"
+        names = [self._place(texture) for texture in mesh.textures]
         with path.open("xb") as file:
             write_ply(_for_meshlab(mesh, names), file)
         BASE.load_new_mesh(self._meshset, str(path))
         path.unlink()
+        for texture in mesh.textures:
+            if texture.image is None:  # filters that look for the file say that there is none
+                (self._folder / self._names[texture]).unlink(missing_ok=True)
         layer = BASE.current_mesh(self._meshset)
         layer.set_label(mesh.label)
         layer.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
@@ -134,9 +138,17 @@ class Door:
         if mesh.matrix is not None:
             BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 
-    def _new_folder(self) -> Path:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        return Path(tempfile.mkdtemp(dir=self._folder))
+    def _place(self, texture: Texture) -> str:
+        """Writes an image as PNG, which MeshLab always reads, and returns its name; a missing image becomes a black pixel."""
+        name = self._names.setdefault(texture, f"texture-{len(self._names)}.png")
+        if not (target := self._folder / name).exists():
+            image = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image or b""
+            if image.startswith(b"\x89PNG"):
+                target.write_bytes(image)
+            else:
+                pixels = read_pixels(texture)
+                Image.fromarray(np.zeros((1, 1, 3), np.uint8) if pixels is None else pixels).save(target, compress_level=1)
+        return name
 
     def _send_custom(self, name: str) -> None:
         """Sends a custom attribute, which an expression may name, to the current layer, if the original mesh has it."""
@@ -173,6 +185,9 @@ class Door:
             _drop_changed(of_faces, of_vertices, faces, before.faces)
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
+            del face["polygon"]  # MeshLab has triangulated the mesh, and only some triangles are those from before
+            before = replace(before, face_ids=source_ids(before.face_ids, len(before.faces)))  # so files get other faces, too
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
@@ -187,7 +202,7 @@ class Door:
             vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
-            textures = self._textures_of(mesh, textures)
+            textures = self._textures_of(mesh)
         if len(faces):
             face |= attributes_of(mesh, "face")
             if wedges is not None:
@@ -215,18 +230,39 @@ class Door:
             edge_ids=before.edge_ids if np.array_equal(edges, before.edges) else np.full(len(edges), -1),
         )
 
-    def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
-        names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
-        textures, folder = [], self._new_folder()
-        for number, (name, image) in enumerate(mesh.textures().items()):
-            original = names[name].name if name in names else name
-            if Path(original).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
-                original += ".png"
-            path = folder / f"texture-{number}{Path(original).suffix}"
-            if image.width() and image.height():
-                image.save(str(path))
-            textures.append(Texture(original, path if path.exists() else None))
-        return tuple(textures)
+    def _textures_of(self, mesh: Any) -> tuple[Texture, ...]:
+        """Returns the images of a mesh: those that were sent, and as new files those that MeshLab made or painted."""
+        images, path = mesh.textures(), self._folder / "names.ply"
+        names = list(images)
+        if mesh.texture_number() > 1:  # pymeshlab sorts images by name, and a file by number
+            BASE.save_current_mesh(self._meshset, str(path), save_textures=False)
+            head = path.read_bytes().partition(b"end_header")[0].decode("utf-8", "surrogateescape")
+            names = re.findall(r"(?m)^comment TextureFile (.*)$", head)
+        textures: dict[str, Texture] = {}
+        for name in dict.fromkeys(names):
+            texture = self._texture(name, images[name])
+            while texture.name in {other.name for other in textures.values()}:  # images of two layers may have one name
+                texture = replace(texture, name=f"{len(textures) + 1}-{texture.name}")
+            textures[name] = texture
+        return tuple(textures[name] for name in names)
+
+    def _texture(self, name: str, image: Any) -> Texture:
+        sent = next((texture for texture, placed in self._names.items() if placed == name), None)
+        if sent is not None and (sent.image is None or not self._painted):
+            return sent
+        own = name if sent is None else sent.name
+        if Path(own).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
+            own += ".png"
+        if not (image.width() and image.height()):
+            return Texture(own, None)
+        path = Path(tempfile.mkdtemp(dir=self._folder)) / f"texture{Path(own).suffix.lower()}"
+        image.save(str(path.with_suffix(".png")))
+        pixels = read_pixels(Texture(own, path.with_suffix(".png")))
+        if sent is not None and np.array_equal(pixels, read_pixels(sent)):  # type: ignore[arg-type]
+            return sent
+        if path.suffix != ".png" and pixels is not None:  # pymeshlab may lack the format
+            Image.fromarray(pixels).save(path)
+        return Texture(own, path)
 
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
         if mesh.texture_number() == 1:
@@ -249,10 +285,8 @@ def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
     ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
     document: Any = mesh.source.document if mesh.source is not None else None
     for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():
-        of_elements = values.astype(np.float64)
-        if ids is not None:
-            of_elements = np.where(ids >= 0, of_elements[np.maximum(ids, 0)], 0.0)
-        custom.setdefault(name, of_elements)
+        rows = source_ids(ids, len(values))
+        custom.setdefault(name, np.where(rows >= 0, values.astype(np.float64)[np.maximum(rows, 0)], 0.0))
     return custom
 
 
@@ -316,29 +350,6 @@ def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> ND
     if np.abs(lengths[scaled] - 1.0).max(initial=0.0) <= 1e-6:
         return normals
     return np.where(scaled[:, None], unit_vectors(normals), normals)
-
-
-# ------------------------------------------------------------------------------------------------------------- the PLY file
-
-
-def _suffix(texture: Texture) -> str:
-    name = texture.image.name if isinstance(texture.image, Path) else texture.name
-    suffix = Path(name).suffix
-    return suffix if suffix[1:].isalnum() and suffix.isascii() else ".png"
-
-
-def _place_texture(texture: Texture, folder: Path, number: int) -> str:
-    """Writes or links a texture image to a folder; returns its name there."""
-    name = f"texture-{number}{_suffix(texture)}"
-    target = folder / name
-    if isinstance(texture.image, bytes):
-        target.write_bytes(texture.image)
-    elif texture.image is not None:
-        try:
-            target.symlink_to(texture.image.resolve())
-        except OSError:  # on Windows without the right to make links
-            shutil.copyfile(texture.image, target)
-    return name
 
 
 def _faux(mesh: MeshData) -> NDArray[np.int32]:

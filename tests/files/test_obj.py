@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.declaration import Edit
 from pymeshfair.files.inputs import read_file
-from pymeshfair.mesh_data import MeshData, Texture, moved
+from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import SAMPLES, SMOOTH, session_report, staged_files
 from .round_trips import assert_same, meshlab, read, save
@@ -90,6 +91,7 @@ def test_the_parts_of_a_file(tmp_path: Path) -> None:
         "groups (2)",
         "objects (1)",
         "smoothing groups (1)",
+        "comments (2)",
         "point elements (1)",
         "faces without texture coordinates, which get 0 0 (1)",
         "map_Bump of the material file two words.mtl",
@@ -229,7 +231,7 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     part = mesh.part(np.ones(5, np.bool_), np.array([True, True, True, False, True, True]))
     (tmp_path / "out").mkdir()
     (warning,) = save(part, tmp_path / "out" / "a.obj")
-    assert warning == "a.obj: contents that cannot be rewritten are left out: point elements (1)"
+    assert warning == "a.obj: contents that cannot be rewritten are left out: comments (2); point elements (1)"
     lines = (tmp_path / "out" / "a.obj").read_text().splitlines()
     assert [x for x in lines if x[0] not in "v#"] == [
         *("mtllib a.obj.mtl", "o house", "g floor", "s 1", "usemtl brick wall", "f 1/1 2/2 3/3 4/4"),
@@ -240,6 +242,19 @@ def test_written_anew_with_groups_and_materials(tmp_path: Path) -> None:
     assert_same(again, MeshData(**{**vars(part), "vertex_attributes": part.vertex_attributes}))
     broken = mesh.part(np.ones(5, np.bool_), np.arange(6) > 0)
     assert save(broken, tmp_path / "out" / "b.obj")[1] == "b.obj: polygons that are not whole are written as triangles (1)"
+
+
+def test_added_faces_belong_to_the_group_that_they_touch(tmp_path: Path) -> None:
+    """Added faces, and those behind them, are written with the group and the material of the faces beside them."""
+    (tmp_path / "a.mtl").write_text("newmtl grey\nKd 1 0 0\nnewmtl red\nKd 1 0 0\n")
+    points = "".join(f"v {x} {y} 0\n" for x in range(5) for y in range(2))
+    faces = "g ring\nusemtl grey\nf 1 3 2\ng label\nusemtl red\nf 7 9 8\n"
+    mesh = read(tmp_path / "a.obj", f"mtllib a.mtl\n{points}{faces}")
+    filled = apply_edit(mesh, Edit(added_faces=np.array([[2, 3, 4], [1, 2, 3]], np.int32)))
+    save(filled, tmp_path / "b.obj")
+    lines = (tmp_path / "b.obj").read_text().splitlines()
+    ring = ["g ring", "usemtl grey"]
+    assert lines[-10:] == [*ring, "f 1 3 2", "g label", "usemtl red", "f 7 9 8", *ring, "f 3 4 5", "f 2 3 4"]
 
 
 def test_lines_of_any_length_are_written_whole(tmp_path: Path) -> None:
@@ -280,7 +295,7 @@ def test_colours_that_steps_paint(tmp_path: Path) -> None:
     save(again.with_attributes({"colors": levels[::-1]}), tmp_path / "c.obj")
     np.testing.assert_array_equal(read_file(tmp_path / "c.obj").mesh.vertex_attributes["colors"], levels[::-1])
     faces = again.with_attributes({"colors": None}, {"colors": levels[:2]})
-    assert save(faces, tmp_path / "d.obj") == ()
+    assert save(faces, tmp_path / "d.obj") == ("d.obj: contents that cannot be rewritten are left out: comments (1)",)
     np.testing.assert_array_equal(read_file(tmp_path / "d.obj").mesh.face_attributes["colors"], levels[[0, 0]])
 
 

@@ -295,6 +295,18 @@ def test_polygons_are_kept_or_named(tmp_path: Path, extension: str) -> None:
             polygon = read_file(staged_files(report)[f"out-{number}.{written}"]).mesh.face_attributes["polygon"]
             assert np.unique(polygon, return_counts=True)[1].tolist() == [2, 2, 2, 2]
     assert "does not hold the polygons" in session_report(path, tmp_path / "out.stl")["warnings"][0]
+    report = session_report(path, tmp_path / "remeshed.ply", ("meshing_isotropic_explicit_remeshing", {"targetlen": "1edge"}))
+    assert "after the steps the mesh has no polygons any more" in report["warnings"]
+    assert "polygon" not in read_file(staged_files(report)["remeshed.ply"]).mesh.face_attributes
+
+
+def test_filters_that_turn_faces_give_no_normals(tmp_path: Path) -> None:
+    """Filters in MeshLab's menu of normals that make no vertex normals leave a scan without them, and nothing is lost."""
+    steps: list[Given] = [(f"meshing_{what}", {}) for what in ("invert_face_orientation", "re_orient_faces_coherently")]
+    (tmp_path / "in.ply").write_bytes(ply_bytes(xyz()))
+    assert session_report(tmp_path / "in.ply", tmp_path / "out.stl", *steps, keep_all=True)["warnings"] == []
+    computed = session_report(tmp_path / "in.ply", tmp_path / "lost.stl", ("compute_normal_per_vertex", {}))["warnings"]
+    assert computed == ["lost.stl does not hold the vertex normals of the mesh; .ply keeps them"]
 
 
 def test_quads_keep_their_texture_coordinates(tmp_path: Path) -> None:

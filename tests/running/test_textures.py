@@ -5,17 +5,24 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pymeshlab
 import pytest
+from PIL import Image
 
+from pymeshfair.files.inputs import read_file
 from pymeshfair.files.provenance import sha256_of
+from pymeshfair.mesh_data import MeshData, Texture
+from pymeshfair.mesh_data.mesh_data import read_pixels
+from pymeshfair.registry import find_filter
+from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
+from pymeshfair.scripts.script import Step
 
-from .runs import SAMPLES, TETRAHEDRON, names_in, ply_bytes, recipe_of, session_report, staged_files, xyz
+from .runs import SAMPLES, TETRAHEDRON, Given, names_in, ply_bytes, recipe_of, session_report, staged_files, xyz
 
 Maker: TypeAlias = Callable[[Path, str], Path]
 IMAGE = SAMPLES / "TextureDouble_A.png"
@@ -127,6 +134,37 @@ def test_a_painted_texture_is_written_anew(tmp_path: Path) -> None:
     assert painted
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in painted)
     assert names_in(tmp_path / "out") == {"stage-b.obj"}
+
+
+def test_layers_that_become_one_keep_their_images(tmp_path: Path) -> None:
+    """Twelve layers, all but one with other images of one name, become a layer whose faces show their own image."""
+    document = Document(tmp_path / "door")
+    wedges = np.zeros((4, 3, 2))
+    for k in range(12):
+        Image.new("RGB", (2, 2), (k % 11, 0, 0)).save(tmp_path / f"{k}.png")
+        texture = Texture("t.png", tmp_path / f"{k % 11}.png")
+        attributes: dict[str, Any] = {"wedge_texture_coordinates": wedges, "texture": np.zeros(4, np.int32)}
+        vertices, faces = TETRAHEDRON
+        document.add(MeshData(vertices=vertices + 5.0 * k, faces=faces, face_attributes=attributes, textures=(texture,)))
+    flatten = find_filter("generate_by_merging_visible_meshes")
+    document.apply(Step(flatten, flatten.check({}), 0))
+    mesh = document.current
+    assert [t.name for t in mesh.textures] == ["t.png", *(f"{k}-t.png" for k in range(2, 12))]
+    images = [read_pixels(mesh.textures[k]) for k in mesh.face_attributes["texture"]]
+    layers = np.rint(mesh.vertices[mesh.faces[:, 0], 0] // 5.0).astype(int)
+    assert [int(image[0, 0, 0]) for image in images if image is not None] == (layers % 11).tolist()
+
+
+def test_a_jpeg_image_goes_through_steps_that_make_layers(tmp_path: Path) -> None:
+    """The JPEG image of a copied layer is the input's, to the byte, and MeshLab takes colours from it."""
+    source = textured_ply(tmp_path / "in", "t.jpg")
+    Image.new("RGB", (8, 8), (250, 0, 0)).save(source.with_name("t.jpg"))
+    (tmp_path / "out").mkdir()
+    steps: list[Given] = [("compute_color_from_texture_per_vertex", {}), ("generate_copy_of_current_mesh", {})]
+    report = session_report(source, tmp_path / "out" / "m.ply", *steps)
+    assert staged_files(report)["t.jpg"].read_bytes() == source.with_name("t.jpg").read_bytes()
+    colors = read_file(staged_files(report)["m.ply"]).mesh.vertex_attributes["colors"]
+    np.testing.assert_allclose(colors, [[250, 0, 0, 255]] * 4, atol=4)
 
 
 @pytest.mark.parametrize("make", [textured_obj, textured_ply])

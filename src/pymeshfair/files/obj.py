@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
-from ..filters.mesh import Floats, Longs
+from ..filters.mesh import Floats, Ints, Longs
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import source_ids
 from .errors import ContentsError, InputError
@@ -54,8 +54,11 @@ _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k)
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
-_OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
+_OTHERS: tuple[str, ...] = ("comments", "point elements", "parameter space vertices", "curves", "surfaces")
+_OTHERS += ("uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
+#: a comment with words; colours of ZBrush are none
+_COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
@@ -174,6 +177,7 @@ def read_obj(path: Path, references: References) -> Reading:
         raise ContentsError("it is no text")
     tokens = tokenise(joined(data), slashes=True)
     counts = _counts(tokens)
+    counts["comments"] = len(_COMMENT.findall(data)) if b"#" in data else 0
     notes: dict[str, None] = {}
     width, vertices, colors, levels = _vertices(tokens, data, notes)
     normals = _rows(tokens, "vn", (3,))[2]
@@ -561,7 +565,7 @@ def _states_to_write(
     names, texts = set[str](), dict[int, bytes]()
     if document is not None:
         names = set(document.materials.named)
-        ids = source_ids(mesh.face_ids, len(looks))
+        ids = _with_neighbours(mesh.faces, source_ids(mesh.face_ids, len(looks)))
         states[ids >= 0] = document.states[ids[ids >= 0]]
         states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
         texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
@@ -586,6 +590,15 @@ def _states_to_write(
         writing.materials.append(definition.encode("utf-8", "surrogateescape"))
         texts[k] = b"usemtl %s\n" % name.encode()
     return states, texts
+
+
+def _with_neighbours(faces: Ints, ids: Longs) -> Longs:
+    """Returns (m,) `ids` of faces in the file, where new faces have the id of an old face that they are connected to, if any."""
+    ids, of_vertices, before = ids.copy(), np.full(int(faces.max(initial=-1)) + 1, -1), -1
+    while before != (before := len(new := np.flatnonzero(ids < 0))):
+        of_vertices[faces[ids >= 0]] = ids[ids >= 0, None]
+        ids[new] = of_vertices[faces[new]].max(axis=1)
+    return ids
 
 
 def _face_lines(

@@ -62,7 +62,8 @@ def read_stl(path: Path, references: References) -> Reading:
         (corners, solids), doubts = _text_corners(tokens), unended(data)
         extras += [f"solids ({solids:,})"] if solids > 1 else []
         head = tokens.line(0).lstrip()[5:].strip()
-    words = " ".join("".join(c if c.isprintable() else " " for c in head.decode("latin-1")).split())
+    encoding = "latin-1" if "\ufffd" in head.decode("utf-8", "replace") else "utf-8"
+    words = " ".join("".join(c if c.isprintable() else " " for c in head.decode(encoding)).split())
     if words and not words.startswith(_PLAIN):
         extras.insert(0, f"its head {words[:60]!r}")
     firsts, numbers = numbered(corners.reshape(-1, 3))
