@@ -30,8 +30,7 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even the input. Otherwise an existing output is replaced only if a run with the same sources
-    #: (`made_from`) wrote it, and no byte of it has changed since.
+    #: replace any existing `output`, even the input; else only an unchanged one of a run with the same sources (`made_from`)
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
@@ -54,7 +53,7 @@ class Job:
 
     @property
     def made_from(self) -> MadeFrom:
-        return MadeFrom(self.input, self.recipe.digest, self.others)
+        return MadeFrom(self.input, self.recipe.digest, self.others, self.unit)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -78,11 +77,11 @@ class Job:
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
     def doubts_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
-        """A warning if the recipe is for another unit than the scan's, given the unit in the scan's file."""
+        """Warnings if the file of the scan, or the recipe, has another unit than the scan; `file_unit` is that of the file."""
         unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
-        if not recipe_unit or recipe_unit == unit:
-            return ()
-        return (f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}",)
+        typed = f"{self.input.name} is in {file_unit}, and the run was given the unit {unit}: its numbers stay, and mean {unit}"
+        meant = f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}"
+        return tuple(text for other, text in ((file_unit, typed), (recipe_unit, meant)) if other and other != unit)
 
     def losses_of_unit(self, file_unit: str | None) -> tuple[str, ...]:
         """A warning if the output cannot hold the unit in the scan's file. A file of the scan's own format holds it."""
