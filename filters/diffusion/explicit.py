@@ -19,8 +19,7 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
-_SPIKE_PASSES = 10
+_SPIKE_PASSES = 10  # The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
 #: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
 #: vertices. It returns the new points and the array that the next iteration may overwrite.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
@@ -41,8 +40,7 @@ def explicit_smoothing(
 ) -> Floats:
     """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
-    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; `taubin_fairing` does not shrink
-    them.
+    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink, but not by `taubin_fairing`.
 
     Args:
         vertices: (n, 3) coordinates.
