@@ -188,7 +188,7 @@ def test_what_moved_less_than_the_tolerance_is_kept_in_the_map(tmp_path: Path) -
     whole = Read(tmp_path / "map.ply")
     assert set(whole.face_scalars) == {1.0}
     tolerance = float(np.median(whole.vertex_scalars))
-    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(1000.0 * tolerance, "mm"), unit="m"))
+    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(1000.0 * tolerance, "mm"), unit="m", overwrite=True))
     shown = Read(tmp_path / "map.ply")
     np.testing.assert_array_equal(shown.vertex_scalars, whole.vertex_scalars)
     beyond = shown.vertex_scalars[shown.faces].max(axis=1)
