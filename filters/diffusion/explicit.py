@@ -9,17 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
+from ..geometry import angles_between, face_normals
 from ..libraries import sparse
 from ..mesh import Bools, Floats, NormalisedMesh, Whole, check_mesh, mask_of, normalised_mesh, worth_reordering
 from ..operators import OperatorName
-from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, stars
+from ..topology import BorderPolicy, border_edges, border_vertices, edge_face_counts, edges, faces_across, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
 NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
-# The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
-_SPIKE_PASSES = 10
+_SPIKE_PASSES = 10  # The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
 #: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
 #: vertices. It returns the new points and the array that the next iteration may overwrite.
 Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
@@ -40,8 +40,7 @@ def explicit_smoothing(
 ) -> Floats:
     """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
-    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; `taubin_fairing` does not shrink
-    them.
+    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink, but not by `taubin_fairing`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -290,9 +289,10 @@ def remove_spikes(
     """Moves the tips of spikes to the mean m of their neighbours.
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
-    |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. All tips move at
-    once; this repeats until no tip is left, at most ten times. A pyramid over a regular polygon has the steepness
-    height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
+    |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. The apex of a cone
+    is no tip: if it were moved to m, its faces would bend more against the faces around them. All tips move at once; this
+    repeats until no tip is left, at most ten times. A pyramid over a regular polygon has the steepness height / radius: k = 1.5
+    is a tip with an angle of 67 degrees between opposite edges.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -318,6 +318,7 @@ def remove_spikes(
     degrees = np.maximum(np.bincount(rows, minlength=n), 1)[:, None]
     allowed = ~border_vertices(mesh.cells, n)
     allowed &= True if mesh.movable is None else mesh.movable
+    across = np.roll(faces_across(mesh.cells), -1, axis=1)  # the face across the edge opposite to each corner
     for done in range(_SPIKE_PASSES):
         progress(done / _SPIKE_PASSES)
         means = (neighbours @ points) / degrees
@@ -327,6 +328,10 @@ def remove_spikes(
         highest = heights.copy()
         np.maximum.at(highest, rows, heights[columns])
         tips = allowed & (heights > steep * np.sqrt(spread)) & (heights >= highest) & (heights > 0.0)
+        corners = np.nonzero(tips[mesh.cells] & (across >= 0))
+        normals = (face_normals(p, mesh.cells) for p in (points, np.where(tips[:, None], means, points)))
+        before, after = (angles_between(n[corners[0]], n[across[corners]]) for n in normals)
+        tips &= np.bincount(mesh.cells[corners], after - before, minlength=n) <= 0.0
         if not tips.any():
             break
         points[tips] = means[tips]

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from ..mesh import Floats
 
-#: The share of the values between the limits: with outliers inside the limits, all other values would look alike.
-ENCLOSED = 0.98
-#: The number of colours of a map: more than the 256 levels of a channel.
-_STEPS = 1024
+ENCLOSED = 0.98  # The share of the values between the limits: with outliers inside the limits, all other values would look alike.
+_STEPS = 1024  # The number of colours of a map: more than the 256 levels of a channel.
 #: The stops of the two maps: position from 0 to 1, lightness, chroma, hue in degrees.
 _DIVERGING = (
     (0.0, 0.40, 0.13, 258.0),

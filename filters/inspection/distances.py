@@ -17,8 +17,7 @@ from .surface import NearestPlaces, Surface
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
 #: "vertex" if both have equal numbers of vertices and the same faces (at least one face); else "surface".
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
-#: The usual number of samples on a surface.
-SAMPLES = 100_000
+SAMPLES = 100_000  # The usual number of samples on a surface.
 PERCENTILES = (50, 90, 95, 99)
 #: The number of samples for an alignment, and the share of them that it uses: the nearest, as scans may overlap only in part.
 _ALIGNED, _TRUSTED = 20_000, 0.8

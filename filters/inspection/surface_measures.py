@@ -10,7 +10,7 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..geometry import cross_product, edge_lengths, looking_away, squared_length
 from ..libraries import sparse
-from ..mesh import Floats, Ints, check_edges, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..topology import connected_components, corner_at, faces_by_edge, listed_edges, proper_faces, referenced_vertices, root_of
 
@@ -196,6 +196,29 @@ def measures_and_connectivity(
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit if is_cloud else None,
     )
     return measures, topology
+
+
+def inward_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
+    """(m,) the faces of a closed, oriented mesh that look inwards: in front of them the winding number of the mesh is below 0.
+
+    A component is judged by a place on one of its faces. A ray from there upwards counts how often other components surround it.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    labels, count = connected_components(triangles, len(points))
+    parts = labels[triangles[:, 0]] % (count + 1)  # faces that name a vertex twice may have no component
+    corners = points[triangles] - points[triangles[:1, :1]]
+    inward = np.bincount(parts, np.linalg.det(corners), minlength=count + 1) < 0.0
+    low, high = (np.ascontiguousarray(ends.T) for ends in (corners.min(axis=1), corners.max(axis=1)))
+    for part, first in zip(*np.unique(parts, return_index=True), strict=True) if inward.any() else ():
+        place = np.array([0.2764, 0.3317, 0.3919]) @ corners[first]  # no middle, where edges of regular meshes would be above
+        beside = (low[0] < place[0]) & (high[0] > place[0]) & (low[1] < place[1]) & (high[1] > place[1])
+        others = np.flatnonzero(beside & (high[2] > place[2]) & (parts != part))
+        x, y, z = (corners[others] - place).transpose(2, 0, 1)
+        sides = x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)
+        sign = np.where((sides > 0.0).all(axis=1), 1, np.where((sides < 0.0).all(axis=1), -1, 0))
+        is_above = sign * (sides * np.roll(z, 1, axis=1)).sum(axis=1) > 0.0
+        inward[part] = sign[is_above].sum() < inward[part]
+    return np.asarray(inward[parts])
 
 
 def box_diagonal(points: Floats) -> float:

@@ -19,7 +19,9 @@ from pymeshfair.processes import environment
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
+from pymeshfair.running.verify import verify_output
 from pymeshfair.scripts.guards import Guards
+from tests.running.runs import SAMPLES
 
 from .batches import write_scan
 
@@ -90,6 +92,21 @@ def other_version(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another version of numba is installed now."""
     true = environment._version
     monkeypatch.setattr(environment, "_version", lambda name: "0.1" if name == "numba" else true(name))
+
+
+def test_a_changed_texture_of_a_further_layer_is_noticed(tmp_path: Path) -> None:
+    """The files that a layer names count like the layer: the scan is not done, and `verify` names the texture."""
+    for name in ("bunny10k_textured.obj", "bunny10k_textured.mtl", "TextureDouble_A.png"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    template = Job(load_recipe("smooth_taubin"), tmp_path, tmp_path, others=(tmp_path / "bunny10k_textured.obj",))
+    (scan,) = plan_scans([RequestedScan(write_scan(tmp_path / "in.ply", 1))], template.recipe, tmp_path, "out.ply")
+    run_job(job_of(template, scan, threads=1, memory=None))
+    assert list(done_before([scan], template, {})) == [scan.number]
+    texture = tmp_path / "TextureDouble_A.png"
+    texture.write_bytes(texture.read_bytes() + b"painted")
+    assert done_before([scan], template, {}) == {}
+    found = verify_output(scan.output)
+    assert (found.verdict, found.findings) == ("input changed", (f"{texture} is not what it was (its SHA-256 is different)",))
 
 
 @pytest.mark.parametrize(

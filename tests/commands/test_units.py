@@ -134,6 +134,12 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     other = invoke("run", path, sphere("m"), "-o", tmp_path / "other.ply")
     assert other.exit_code == 1
     assert "the recipe is for scans in mm, and this scan is in m" in other.stderr
+    options: list[str | Path] = ["-o", tmp_path / "typed.3mf", "--max-displacement", "1", "--unit"]
+    typed = invoke("run", path, sphere("cm"), *options, "mm")
+    assert typed.exit_code == 0, typed.stderr
+    assert "the file of the scan says cm, and --unit (unit= in Python) says mm: its numbers mean mm" in typed.stderr
+    again = invoke("run", path, tmp_path / "sphere_cm.3mf", *options, "in")
+    assert (again.exit_code, "was made by another recipe, or with other settings" in again.stderr) == (1, True)
     with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
 

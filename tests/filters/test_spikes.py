@@ -50,6 +50,18 @@ def test_shapes_without_spikes_keep_every_bit(mesh: tuple[np.ndarray, np.ndarray
     np.testing.assert_array_equal(found, mesh[0])
 
 
+@pytest.mark.parametrize("height", [0.0, 2.0], ids=["cone", "tower"])
+def test_the_apex_of_a_closed_cone_or_of_a_tower_stays(height: float) -> None:
+    """The roof is three times as high as wide, steeper than a spike need be, and bends little where it meets base or walls."""
+    vertices, roof = pyramid(3.0, 32)
+    upper, lower = roof[:, 1:].T, roof[:, 1:].T + (32 if height else 0)
+    walls = np.concatenate([np.column_stack([upper[0], lower[0], upper[1]]), np.column_stack([upper[1], *lower])])
+    base = np.column_stack([np.full(32, 65), *lower[::-1]])
+    closed = np.concatenate([roof, base, walls] if height else [roof, base])
+    points = np.concatenate([vertices, vertices[1:] - [0.0, 0.0, height], [[0.0, 0.0, -height]]])
+    assert not remove_spikes(points, closed)[1].any()
+
+
 def test_place_size_and_numbering_do_not_matter() -> None:
     """The same tips of the mesh moved, turned, scaled and renumbered."""
     vertices, faces = icosphere(3)

@@ -11,7 +11,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.filters.inspection.surface_measures import inward_faces, surface_measures
 from tests.meshes import (
     AWKWARD,
     book,
@@ -325,3 +325,18 @@ def test_the_mesh_stays() -> None:
     vertices, faces = cube()
     vertices.flags.writeable = faces.flags.writeable = False
     surface_measures(vertices, faces)
+
+
+@pytest.mark.parametrize(
+    ("signs", "expected"),
+    [((1, -1, 1), ()), ((1, 1, 1), ()), ((-1, -1, -1), (0, 1, 2)), ((1, -1, -1), (2,)), ((-1, 1, 1), (0, 1))],
+)
+def test_faces_look_inwards_where_the_winding_number_before_them_is_negative(
+    signs: tuple[int, ...], expected: tuple[int, ...]
+) -> None:
+    """Of three balls within each other every one looks outwards (1) or inwards (-1); a hollow and a ball in it are well."""
+    vertices, faces = icosphere(2)
+    points = np.concatenate([radius * vertices + 1e3 for radius in (4.0, 2.0, 1.0)])
+    cells = [faces[:, ::sign] + np.int32(k * len(vertices)) for k, sign in enumerate(signs)]
+    found = inward_faces(points, np.concatenate(cells)).reshape(3, -1)
+    assert found.all(axis=1).tolist() == found.any(axis=1).tolist() == [k in expected for k in range(3)]

@@ -168,13 +168,27 @@ def test_map_shows_every_element(tmp_path: Path) -> None:
     assert len(gone.faces) == 4
 
 
+def test_a_new_map_takes_away_the_removed_elements_of_a_former_one(tmp_path: Path) -> None:
+    """A run that removes nothing leaves no file of removed elements; a map that the last run did not write stays."""
+    removes = recipe_of(
+        ("compute_selection_by_condition_per_face", {"condselect": "x0 > 0"}), ("meshing_remove_selected_faces", {})
+    )
+    first = run_job(job(tmp_path, removes, map=tmp_path / "map.ply"))
+    assert [path.name for path in first.maps] == ["map.ply", "map.removed.ply"]
+    second = run_job(job(tmp_path, map=tmp_path / "map.ply", overwrite=True))
+    assert (second.maps, (tmp_path / "map.removed.ply").exists()) == ((tmp_path / "map.ply",), False)
+    run_job(job(tmp_path, map=tmp_path / "other.ply"))
+    with pytest.raises(OutputError, match=r"map\.ply: it exists and is not from the last run that wrote the output"):
+        run_job(job(tmp_path, map=tmp_path / "map.ply"))
+
+
 def test_what_moved_less_than_the_tolerance_is_kept_in_the_map(tmp_path: Path) -> None:
     """Without one all faces of a smoothed bone moved; with one those with a corner that moved further, by the map's scalars."""
     run_job(job(tmp_path, map=tmp_path / "map.ply"))
     whole = Read(tmp_path / "map.ply")
     assert set(whole.face_scalars) == {1.0}
     tolerance = float(np.median(whole.vertex_scalars))
-    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(1000.0 * tolerance, "mm"), unit="m"))
+    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=Length(1000.0 * tolerance, "mm"), unit="m", overwrite=True))
     shown = Read(tmp_path / "map.ply")
     np.testing.assert_array_equal(shown.vertex_scalars, whole.vertex_scalars)
     beyond = shown.vertex_scalars[shown.faces].max(axis=1)

@@ -69,10 +69,28 @@ def test_a_wrap_is_no_remedy_for_a_wrap(tmp_path: Path) -> None:
 
 
 def test_an_open_cube_and_one_inside_out_are_refused(tmp_path: Path) -> None:
-    """The border is named with its place; the faces that look inwards as such."""
+    """The border is named with its place; the faces that look inwards as such, also of one part of two, and a way out."""
     vertices, faces = cube()
     assert "3 border edges" in _faults(_saved(tmp_path / "open.stl", (vertices, faces[1:])), tmp_path / "a")[0]
     assert "look inwards" in _faults(_saved(tmp_path / "in.stl", (vertices, faces[:, ::-1])), tmp_path / "b")[0]
+    parts = (3.0 * vertices, faces), (vertices + 5.0, faces[:, ::-1])
+    (told,) = _faults(_saved(tmp_path / "two.stl", *parts), tmp_path / "c")
+    assert told.startswith(
+        "the written file has 12 faces of parts that look inwards, around 5.5, 5.5, 5.5; turn these parts over"
+    )
+
+
+@pytest.mark.parametrize("name", ["prepare_for_print", "prepare_for_simulation"])
+def test_parts_that_share_an_edge_or_look_inwards_are_no_silent_success(tmp_path: Path, name: str) -> None:
+    """Blocks that touch along an edge, and a block inside out beside another, are errors of both recipes, with a way out."""
+    vertices, faces = cube()
+    edge = _saved(tmp_path / "edge.ply", (vertices * [3.0, 3.0, 1.0], faces), (vertices + np.array([3.0, 3.0, 0.0]), faces))
+    words = "edges with more than two faces, .*; .*take wrap_for_print" if name == "prepare_for_print" else "is not watertight"
+    with pytest.raises(GuardBroken, match=words):
+        run_job(Job(load_recipe(name), edge, tmp_path / "out.ply"))
+    turned = _saved(tmp_path / "turned.ply", (3.0 * vertices, faces), (vertices + 5.0, faces[:, ::-1]))
+    with pytest.raises(GuardBroken, match=r"12 faces of parts that look inwards, around .*; turn these parts over"):
+        run_job(Job(load_recipe(name), turned, tmp_path / "out.ply"))
 
 
 def test_a_face_turned_over_and_parts_that_touch_have_a_place(tmp_path: Path) -> None:

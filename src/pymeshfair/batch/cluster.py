@@ -20,8 +20,7 @@ from ..running.job import Job
 from .plan import Scan
 from .work import Kind, Station, pool_of
 
-#: seconds without work after which a worker ends its idle processes
-_IDLE = 120.0
+_IDLE = 120.0  # seconds without work after which a worker ends its idle processes
 
 
 @contextmanager

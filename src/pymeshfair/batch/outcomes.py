@@ -175,10 +175,8 @@ def read_journal(path: Path) -> dict[str, Outcome]:
     return outcomes
 
 
-#: the absolute robust z-score above which a number is an outlier [iglewicz1993]
-FAR = 3.5
-#: the fewest numbers among which outliers are searched
-_FEWEST = 5
+FAR = 3.5  # the absolute robust z-score above which a number is an outlier [iglewicz1993]
+_FEWEST = 5  # the fewest numbers among which outliers are searched
 #: the standard deviation of a normal distribution, divided by its median absolute deviation and by its mean absolute deviation
 _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 

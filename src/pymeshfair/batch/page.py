@@ -60,8 +60,7 @@ def _draw(input: Path, output: Path, page: Path) -> None:
 
 
 NAME = "batch.html"
-#: the largest number of scans that are named for each kind of warning
-_EXAMPLES = 5
+_EXAMPLES = 5  # the largest number of scans that are named for each kind of warning
 #: the columns of numbers: the heading, the entry of `QUESTIONS` whose outliers are marked, and the function that gives a number
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
     ("moved (edges)", "displacement", displacement_in_edges),

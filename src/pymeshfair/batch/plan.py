@@ -169,8 +169,7 @@ def _text(path: Path) -> str:
 
 #: placeholders in the names of outputs: parts of the input's path, and the scan's number
 PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
-#: the most collisions in a message
-_LISTED = 10
+_LISTED = 10  # the most collisions in a message
 
 
 @dataclass(frozen=True)

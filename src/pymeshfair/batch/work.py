@@ -8,10 +8,11 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
@@ -39,14 +40,10 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-#: seconds to try again if an output is busy: a lost worker may still be removing files there
-_PATIENCE = 20.0
-#: seconds between checks of workers
-_PULSE = 1.0
-#: the largest expected ratio of output to input bytes: double in place of single precision
-_GROWTH = 2.0
-#: threads that read files and compute their checksums
-_READERS = 4
+_PATIENCE = 20.0  # seconds to try again if an output is busy: a lost worker may still be removing files there
+_PULSE = 1.0  # seconds between checks of workers
+_GROWTH = 2.0  # the largest expected ratio of output to input bytes: double in place of single precision
+_READERS = 4  # threads that read files and compute their checksums
 Kind: TypeAlias = Literal["clean", "draw"]
 
 
@@ -207,8 +204,7 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
 
     An output that breaks a guard counts only with `Job.keep_broken`. `journal` adds details that the provenance lacks.
     """
-    others = [sha256_of(path) for path in template.others if path.is_file()]
-    packages = packages_here()
+    digest, packages = cache(sha256_of), packages_here()
 
     def outcome_of(scan: Scan) -> Outcome | None:
         record = read_provenance(scan.output)
@@ -217,8 +213,8 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
         try:
             job = replace(template, recipe=scan.recipe)
             limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
-            made_by = scan.recipe.digest, template.options, others, limits, packages
-            if _made_by(record) != made_by or not _is_whole(record, scan):
+            made_by = scan.recipe.digest, template.options, limits, packages
+            if _made_by(record) != made_by or not _is_whole(record, scan, template.others, digest):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
         except (KeyError, TypeError, ValueError, OSError, ParameterError):  # a document of another program, or a file is gone
@@ -236,23 +232,25 @@ def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
     return (
         record["recipe"]["sha256"],
         {name: value for name, value in record.get("options", {}).items() if name != "own_texture_names"},
-        [other["sha256"] for other in record["input"]["others"]],
         record.get("guards", {}).get("limits", {}),
         {name: record["versions"].get(name) for name in PACKAGES},
     )
 
 
-def _is_whole(record: Mapping[str, Any], scan: Scan) -> bool:
-    """Returns whether input, output and side files have the checksums of the record; they may have moved together since."""
+def _is_whole(record: Mapping[str, Any], scan: Scan, layers: Sequence[Path], digest: Callable[[Path], str]) -> bool:
+    """Returns whether input, layers, output and side files have the checksums of the record; they may have moved together."""
 
-    def are_there(file: Path, former: Mapping[str, Any], side_files: Sequence[Mapping[str, Any]]) -> bool:
-        places = [os.path.relpath(side["path"], Path(former["path"]).parent) for side in side_files]
-        pairs = [(file, former["sha256"]), *((file.parent / p, s["sha256"]) for p, s in zip(places, side_files, strict=True))]
-        return all(path.is_file() and sha256_of(path) == digest for path, digest in pairs)
+    def are_there(file: Path, former: Mapping[str, Any]) -> bool:
+        sides = former["side_files"]
+        places = [file.parent / os.path.relpath(side["path"], Path(former["path"]).parent) for side in sides]
+        pairs = zip((file, *places), (former, *sides), strict=True)
+        return all(path.is_file() and digest(path) == entry["sha256"] for path, entry in pairs)
 
     read, made = record["input"], record["output"]
-    is_named_so = Path(made["path"]).name == scan.output.name
-    return is_named_so and are_there(scan.input, read, read["side_files"]) and are_there(scan.output, made, made["side_files"])
+    if Path(made["path"]).name != scan.output.name or len(layers) != len(read["others"]):
+        return False
+    files = ((scan.input, read), (scan.output, made), *zip(layers, read["others"], strict=True))
+    return all(are_there(path, former) for path, former in files)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ class MadeFrom:
     input: Path
     recipe: str  # the SHA-256 digest of the recipe
     others: tuple[Path, ...] = ()  # the files of further layers
+    unit: str | None = None  # the unit that the run was given
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
         """Returns why a provenance record is not from a run with these sources, or None if it is."""
@@ -42,7 +43,8 @@ class MadeFrom:
         if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
         recipe = record.get("recipe")
-        if not isinstance(recipe, dict) or recipe.get("sha256") != self.recipe:
+        unit = record.get("options", {}).get("unit")
+        if not isinstance(recipe, dict) or (recipe.get("sha256"), unit) != (self.recipe, self.unit):
             return "was made by another recipe, or with other settings"
         return None
 
@@ -77,9 +79,9 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
     """Refuses to replace files unless a run with the same sources wrote exactly their bytes."""
     for path in existing:
-        reason = made_from.differs(record)
-        if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != recorded_digest(record, path):
-            reason = "has been changed since a run wrote it"
+        reason, digest = made_from.differs(record), recorded_digest(record, path)
+        if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != digest:
+            reason = "has been changed since a run wrote it" if digest else "is not from the last run that wrote the output"
         if reason:
             raise OutputError(path, f"it exists and {reason}; {OVERWRITE}")
 
@@ -140,8 +142,7 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
     raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
 
 
-#: limits of the rounding of vertices, as shares of the mean edge
-WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
+WORTH_A_WARNING, DESTROYED = 1e-3, 0.5  # limits of the rounding of vertices, as shares of the mean edge
 
 
 @dataclass(frozen=True)

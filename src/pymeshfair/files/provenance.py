@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-#: the name of the format; the number grows when the meaning of a field changes
-SCHEMA = "pymeshfair-provenance-1"
+SCHEMA = "pymeshfair-provenance-1"  # the name of the format; the number grows when the meaning of a field changes
 
 
 def provenance_path(output: Path) -> Path:

@@ -1,6 +1,6 @@
 """Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-An existing file is replaced on request, or if a run with the same input, recipe and layers wrote it and it was not changed since.
+An existing file is replaced on request, or if a run with the same input, recipe, layers and unit wrote it, unchanged since.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
 A power failure or a killed process may leave a staging folder behind. The next run that writes beside the folder removes it if
 no process holds the lock in the folder. On a system without locks users remove such folders.
@@ -34,8 +34,7 @@ _KINDS = (
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"  # the lock file in a staging folder, and in the folder of a run by tiles
-#: seconds after which a folder without a lock file counts as abandoned; a younger one may be in creation or removal
-_GRACE = 3600.0
+_GRACE = 3600.0  # seconds until a folder without a lock file counts as abandoned; it may be in creation or removal
 
 
 def check_place(path: Path, *, makes_folder: bool = False) -> bool:
@@ -235,8 +234,8 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
     return StagedFile(staged, target)
 
 
-def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = None) -> None:
-    """Puts the files in place, one after the other; if one fails, restores all former files. `outdated` is removed first.
+def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] = ()) -> None:
+    """Puts the files in place, one after the other; if one fails, restores all former files. `outdated` files are removed first.
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """
@@ -255,9 +254,9 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Path | None = N
                     shutil.move(file.staged, near)
                     this_system().flush(near)
                 ready.append((near, target, stages[folder] / "old" / str(number)))
-            if outdated is not None:
-                done.append((outdated, _kept(outdated, stage / "old" / "outdated")))
-                outdated.unlink(missing_ok=True)
+            for number, path in enumerate(outdated):
+                done.append((path, _kept(path, stages.get(path.parent, stage) / "old" / f"outdated-{number}")))
+                path.unlink(missing_ok=True)
             for near, target, backup in ready:
                 done.append((target, _kept(target, backup)))
                 near.replace(target)

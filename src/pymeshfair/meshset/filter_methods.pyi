@@ -1291,7 +1291,7 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Moves single vertices that stand up like needles back among their neighbours; all other vertices keep every bit.
 
-        Vertices on open borders stay. Returns the number of spikes.
+        Vertices on open borders and the apexes of cones stay. Returns the number of spikes.
 
         Args:
             steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.

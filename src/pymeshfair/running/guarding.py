@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..declaration import Floats, Ints
 from ..files.polygons import numbered
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import SHARP, Surface, share_kept, sharp_edges, wall_thickness
-from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
+from ..filters.inspection.surface_measures import SurfaceMeasures, inward_faces, surface_measures
 from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
@@ -51,6 +51,8 @@ def breaches(
         broken += _volume(before.measures.volume, after.measures.volume, guards.max_volume_change)
     for word, number in guards.require:
         broken += _requirement(word, number, after.measures)
+        if word == "outward" and after.measures.volume is not None:
+            broken += _inward(after.mesh.vertices, after.mesh.faces, "the result")
     if guards.keep_sharp is not None:
         old, new = (sharp_edges(mesh.vertices, mesh.faces) for mesh in (before.mesh, after.mesh))
         kept, least = share_kept(old, new, within=before.resolution()), guards.keep_sharp
@@ -126,20 +128,26 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
         "edges with more than two faces": counts > 2,
         "edges whose two faces look to different sides": same_way & (counts == 2),
     }
+    remedy = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
+    advice = f"mend these places, or {remedy}"
     for kind, wrong in wrong_edges.items():
-        if wrong.any():
-            yield _fault(kind, int(wrong.sum()), vertices, ends[wrong])
+        yield from _faults(kind, vertices, ends[wrong], advice)
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
         touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
-        yield _fault("vertices where the surface touches itself", len(touching), vertices, touching[:, None])
-    if measures.oriented and measures.volume is not None and measures.volume <= 0.0:
-        yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
+        yield from _faults("vertices where the surface touches itself", vertices, touching[:, None])
+    if measures.volume is not None:
+        yield from _inward(vertices, faces)
+    if measures.volume == 0.0:
+        yield Breach("require", "the written file has no volume", amount=0.0)
     merged = MeshData(vertices=vertices, faces=faces)
     cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)
-    if cuts.any():
-        fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
-        remedy = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
-        yield replace(fault, message=f"{fault.message}; mend these places, or {remedy}")
+    yield from _faults("faces that cut others", vertices, faces[cuts], advice)
+
+
+def _inward(vertices: Floats, faces: Ints, subject: str = "the written file") -> Iterator[Breach]:
+    inward = faces[inward_faces(vertices, faces)]
+    advice = "turn these parts over: select them, and run Invert Faces Orientation on the selection"
+    yield from _faults("faces of parts that look inwards", vertices, inward, advice, subject)
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
@@ -170,8 +178,10 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     return f"{share:.1%} of the scanned area is closed in: inside, or in hollows narrower than alpha; a smaller alpha closes less"
 
 
-def _fault(kind: str, count: int, vertices: Floats, cells: Ints) -> Breach:
+def _faults(kind: str, vertices: Floats, cells: Ints, advice: str = "", subject: str = "the written file") -> Iterator[Breach]:
     """The breach by (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of their largest connected groups."""
+    if not len(cells):
+        return
     n = len(vertices)
     ends = np.concatenate([cells[:, [0, -1]], cells[:, [0, len(cells[0]) // 2]]])
     links = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
@@ -180,5 +190,5 @@ def _fault(kind: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
     more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
-    text = f"the written file has {count:,} {kind}, around {'; '.join(map(point_text, middles))}{more}"
-    return Breach("require", text, place=tuple(middles[0]), amount=count, allowed=0)
+    text = f"{subject} has {len(cells):,} {kind}, around {'; '.join(map(point_text, middles))}{more}{advice and f'; {advice}'}"
+    yield Breach("require", text, place=tuple(middles[0]), amount=len(cells), allowed=0)

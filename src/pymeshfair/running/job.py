@@ -30,8 +30,7 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even the input. Otherwise an existing output is replaced only if a run with the same sources
-    #: (`made_from`) wrote it, and no byte of it has changed since.
+    #: replace any existing `output`, even the input; else only an unchanged one of a run with the same sources (`made_from`)
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
@@ -54,7 +53,7 @@ class Job:
 
     @property
     def made_from(self) -> MadeFrom:
-        return MadeFrom(self.input, self.recipe.digest, self.others)
+        return MadeFrom(self.input, self.recipe.digest, self.others, self.unit)
 
     @property
     def options(self) -> dict[str, Any]:

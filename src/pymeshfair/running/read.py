@@ -23,8 +23,7 @@ from .measuring import MeasuredMesh, measure, self_intersecting_apart
 from .suitability import traits_of
 from .supervise import run_job
 
-#: with this number of vertices MeshLab's search for self-intersections takes as long as the rest of a report
-MOST_CUTS = 200_000
+MOST_CUTS = 200_000  # with this number of vertices MeshLab's search for self-intersections takes as long as the rest of a report
 
 
 @dataclass(frozen=True, eq=False)

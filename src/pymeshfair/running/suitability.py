@@ -28,8 +28,7 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
 #: tasks other than cleaning a surface; and tasks that close openings with surface that was not measured
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
-#: a recipe that removes more than this share of the relief (the detail of the surface) erases detail
-ERASED = 0.1
+ERASED = 0.1  # a recipe that removes more than this share of the relief (the detail of the surface) erases detail
 
 
 @dataclass(frozen=True)

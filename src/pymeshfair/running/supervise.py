@@ -290,9 +290,10 @@ def run_job(
         report = (work or partial(_in_one_piece, pool, clock))(job, stage, items, on_event)
         interrupts.check()
         seconds = time.monotonic() - clock
+        former_maps = set(job.map_files) - {file.target for file in report.maps}
         if report.output is None:
             _check_outputs(job)  # again, as other programs may have written files since
-            place(report.maps, stage)
+            place(report.maps, stage, outdated=[*former_maps])
             raise GuardBroken(report.breaches, [file.target for file in report.maps])
         record = report.record(job, started=started, seconds=seconds)
         provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
@@ -304,7 +305,7 @@ def run_job(
                 further = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
-        place([*side_files, *report.maps, *further, output, provenance], stage, outdated=provenance.target)
+        place([*side_files, *report.maps, *further, output, provenance], stage, outdated=[provenance.target, *former_maps])
         remove_folder(stage)  # while the worker still runs: if this process is killed here, the worker removes it
     return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 

@@ -28,8 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: the tolerance for .3mf files, as a share of the diagonal; they contain a random number, so their bytes always differ
-_ROUNDING = 1e-6
+_ROUNDING = 1e-6  # the tolerance for .3mf files, in diagonals; they contain a random number, so their bytes always differ
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,8 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
         return Verification("output changed", changed)
     source = record["input"]
-    entries = [source, *source.get("side_files", ()), *source.get("others", ())]
+    read = [source, *source.get("others", ())]
+    entries = [*read, *(side for entry in read for side in entry.get("side_files", ()))]
     if changed := tuple(_changed([Path(entry["path"]) for entry in entries], entries)):
         return Verification("input changed", changed)
     recipe, differs, source_of_recipe = _recipe(record["recipe"])

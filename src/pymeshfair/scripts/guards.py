@@ -102,7 +102,8 @@ def _condition(text: str) -> Condition:
 # ---------------------------------------------------------------------------------------------------------- limits
 
 #: the requirements on a result, and whether each takes a number
-REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "printable"), False) | {"components": True, "genus": True}
+REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "outward", "printable"), False)
+REQUIREMENTS |= {"components": True, "genus": True}
 #: by field of `Guards`: the attribute of ``<FilterScript>`` that sets it
 ATTRIBUTES = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange"}
 ATTRIBUTES |= {"require": "require", "keep_sharp": "keepSharp"}
