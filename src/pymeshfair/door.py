@@ -89,8 +89,9 @@ class Door:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
 
-    def has_faces(self) -> bool:
-        return bool(BASE.current_mesh(self._meshset).face_number())
+    def counts(self) -> tuple[int, int]:
+        mesh = BASE.current_mesh(self._meshset)
+        return mesh.vertex_number(), mesh.face_number()
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
         """The ids of MeshLab's layers, new ones counted from `next_id`; the id of the current layer; which layers are visible."""

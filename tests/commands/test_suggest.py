@@ -10,7 +10,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.suggest import _behind, _by_evidence, _trials
+from pymeshfair.commands.suggest import _behind, _by_evidence, _summary, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import shipped_recipes
@@ -166,6 +166,28 @@ def test_noise_of_impulses_counts_by_what_removing_it_moves() -> None:
     traits = {"noise": 0.0}
     assert _by_evidence(traits, {"shape": "noisy", "drift": 0.07}) == {"noise": 0.07, "camera noise": 0.0}
     assert _by_evidence({"noise": 0.06}, {"shape": "clean", "drift": 0.0})["noise"] == 0.0
+
+
+def test_ranking_and_summary_name_the_noise_that_info_names() -> None:
+    """A mean displacement up to twice the noise is no noise; where it counts as noise in the ranking, the summary says so."""
+    values = {"shape": "noisy", "drift": 0.088, "sure": True}
+    assert _by_evidence({"noise": 0.07}, values)["noise"] == 0.07
+    assert "which counts as the noise" not in _summary(Path("a.ply"), values, 0.07, 0.07)
+    said = "moves the vertices by 0.088 mean edges on average, which counts as the noise in the ranking"
+    assert said in _summary(Path("a.ply"), values, 0.01, 0.088)
+
+
+def test_the_printed_command_can_be_pasted_into_a_shell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Names with spaces are quoted, and a name that begins with - is no option."""
+    monkeypatch.chdir(tmp_path)
+    values = {"shape": "noisy", "outliers": "keep", "drift": 0.1, "sure": True}
+    monkeypatch.setattr("pymeshfair.commands.suggest._tried", lambda *_: values)
+    monkeypatch.setattr("pymeshfair.commands.suggest._trials", lambda *_: {})
+    for name in ("a b.ply", "-d.ply"):
+        _saved(tmp_path / name, noisy(torus(12, 6), 0.08))
+    told = [invoke("suggest", f"./{name}", "-o", recipe).stderr for name, recipe in (("a b.ply", "r 1.mlx"), ("-d.ply", "r.mlx"))]
+    assert "`pymeshfair run 'r 1.mlx' 'a b.ply' -o RESULT`" in " ".join(told[0].split())
+    assert "`pymeshfair run r.mlx ./-d.ply -o RESULT`" in " ".join(told[1].split())
 
 
 def test_settings_for_rounded_coordinates_have_no_standard_errors() -> None:

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from pymeshfair.authoring import Recipe
+from pymeshfair.commands.options import lengths_in_mesh_units
+from pymeshfair.errors import ParameterError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
@@ -222,3 +224,20 @@ def test_each_scan_of_a_batch_has_its_own_unit(sphere: Callable[[str], Path], re
     assert "1 of them before" in done.stdout
     again = run_process("batch", recipe, scans[0], *options[:2], "--max-displacement", f"{WITHIN}mm", "--unit", "cm", "--resume")
     assert "of them before" not in again.stdout
+
+
+def test_a_picture_of_meshes_in_different_units_says_so(sphere: Callable[[str], Path], tmp_path: Path) -> None:
+    """Inches and millimetres are drawn as the files have them, with a warning; two meshes in inches have none."""
+    inches, warned = sphere("in"), []
+    for number, other in enumerate((sphere("mm"), inches)):
+        options = ("-o", tmp_path / f"{number}.png", "--color", "distance", "--size", "128x128")
+        warned.append(" ".join(invoke("picture", inches, other, *options).stderr.split()))
+    assert "the meshes are in in and mm: they are drawn with the coordinates of their files" in warned[0]
+    assert "the meshes are in" not in warned[1]
+
+
+@pytest.mark.parametrize(("text", "measure"), [("1%", "diagonal"), ("0.5edge", "mean edge")])
+def test_a_relative_tolerance_on_a_mesh_without_size_names_the_cause(text: str, measure: str) -> None:
+    """A share of a diagonal or of a mean edge of 0 is refused as such, and not as a tolerance that is not above 0."""
+    with pytest.raises(ParameterError, match=f"^{text} is 0, as the {measure} of the first mesh is 0: give the length in mesh"):
+        lengths_in_mesh_units(text, None, None, 0.0, 0.0)

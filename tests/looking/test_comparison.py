@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.errors import FilterInputError
+from pymeshfair.files.formats import contents_of
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.filters.denoising import estimate_noise
-from pymeshfair.looking.comparison import Comparison, compare, part_for_noise, state_of
+from pymeshfair.looking.comparison import Comparison, compare, state_of
 from pymeshfair.looking.picture import COLORINGS
 from pymeshfair.looking.words import area_table, comparison_lines, distance_table, verdict_text
 from pymeshfair.mesh_data import MeshData
@@ -358,12 +361,68 @@ def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     assert "do not overlap" in refused.stderr
 
 
-def test_a_quarter_of_a_large_mesh_says_how_noisy_it_is() -> None:
-    """Of 164,000 vertices a fifth to a half are taken, and the noise is that of all to 1 %; a vertex far away changes nothing."""
-    vertices, faces = noisy(icosphere(7), 0.002)
-    whole = estimate_noise(vertices, faces).length
-    part = part_for_noise(vertices, faces)
-    assert 0.2 < len(part[1]) / len(faces) < 0.5
-    assert estimate_noise(*part).length == pytest.approx(whole, rel=0.01)
-    far = np.vstack([vertices, [[1e6, 0.0, 0.0]]])
-    assert estimate_noise(*part_for_noise(far, faces)).length == pytest.approx(whole, rel=0.01)
+def test_the_noise_is_what_info_says(tmp_path: Path) -> None:
+    """A shape with fine waves has the noise of its traits, which `info` shows in mean edges."""
+    vertices, faces = torus(60, 30)
+    vertices[:, 2] += 0.02 * np.sin(9.0 * vertices[:, 0]) * np.cos(11.0 * vertices[:, 1])
+    (tmp_path / "waves.ply").write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
+    read = read_mesh(tmp_path / "waves.ply")
+    noise, edge = state_of(read).measures["noise"], read.measures["mean_edge"]
+    assert noise == pytest.approx(read.traits()["noise"] * edge, rel=1e-12)
+    assert 0.0 < noise < 0.7 * estimate_noise(vertices, faces).length
+
+
+@pytest.mark.parametrize("faces", [[], [[0, 1, 2]]])
+def test_properties_that_only_the_file_holds_are_custom_attributes(tmp_path: Path, faces: list[list[int]]) -> None:
+    """The intensity of a scanner is lost where AFTER lacks it, and `info` names it, for a mesh and for a cloud."""
+    places = xyz(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]))
+    states = []
+    for name, more in (("before.ply", [("float", "intensity", [5.0, 6.0, 7.0])]), ("after.ply", [])):
+        (tmp_path / name).write_bytes(ply_bytes([*places, *more], faces))
+        states.append(state_of(read_mesh(tmp_path / name)))
+    assert compare(*states).comparison.attributes_lost == ("custom attributes",)
+    assert "custom attributes" in contents_of(states[0].mesh)
+    assert "custom attributes" not in contents_of(states[1].mesh)
+
+
+def test_curves_are_compared_at_their_vertices_with_a_warning(tmp_path: Path) -> None:
+    """A polyline with a further vertex on its edge seems to lie apart, and the warning says why."""
+    for name, places in (("a.obj", (0, 1)), ("b.obj", (0, 0.5, 1))):
+        line = " ".join(str(k) for k in range(1, len(places) + 1))
+        (tmp_path / name).write_text("".join(f"v {x} 0 0\n" for x in places) + f"l {line}\n")
+    told = invoke("compare", tmp_path / "a.obj", tmp_path / "b.obj", "--no-self-intersections").stderr
+    for name in ("a.obj", "b.obj"):
+        assert f"{name}: it has edges and no faces: its vertices are compared, not its edges" in " ".join(told.split())
+
+
+def test_a_vertex_beyond_all_measure_is_named(tmp_path: Path) -> None:
+    """A vertex at 1e200 beside a grid of size 5 is refused by its number and place, before any square overflows."""
+    vertices, faces = grid(6, 6)
+    vertices[3] = [1e200, 0.0, 0.0]
+    corners = "".join("f {} {} {}\n".format(*face) for face in faces + 1)
+    (tmp_path / "far.obj").write_text("".join("v {!r} {!r} {!r}\n".format(*v) for v in vertices.tolist()) + corners)
+    with pytest.raises(FilterInputError, match=r"^vertex 3 at \[1e\+200, 0\.0, 0\.0\] is so far from the others"):
+        state_of(read_mesh(tmp_path / "far.obj"))
+
+
+def test_the_areas_that_are_not_listed_are_counted(tmp_path: Path) -> None:
+    """Of 30 points out of tolerance the table has 20, and a line says so; of 20 points it has all."""
+    line = np.column_stack([np.arange(30.0), np.zeros((30, 2))])
+    no_faces = np.empty((0, 3), int)
+    found = compared(tmp_path, (line, no_faces), (line + np.array([0.0, 0.3, 0.0]), no_faces), tolerance=0.1)
+    areas = len(found.out_of_tolerance)
+    assert areas == 60
+    assert len(area_table(found)) == 21
+    assert "areas out of tolerance: 60; the 20 furthest are listed" in comparison_lines(found)
+    few = replace(found, out_of_tolerance=found.out_of_tolerance[:20])
+    assert not any(text.startswith("areas out of") for text in comparison_lines(few))
+
+
+def test_a_missing_half_is_in_the_first_sentence(tmp_path: Path) -> None:
+    """What is left lies on the whole surface: the verdict begins with the distance of the whole from what is left."""
+    vertices, faces = grid(9, 9)
+    left = faces[vertices[faces][:, :, 0].max(axis=1) <= 4.0]
+    found = compared(tmp_path, (vertices, faces), (vertices, left))
+    far = found.before_from_after
+    assert verdict_text(found).startswith(f"BEFORE lies {far.rms.mean_edges:.3g} mean edges from AFTER (root mean square), and ")
+    assert "AFTER lies 0 mean edges from BEFORE." in verdict_text(found)

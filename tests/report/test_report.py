@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import zlib
+from dataclasses import asdict
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,10 @@ import trimesh
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.report.comparison_page import _title
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
+from pymeshfair.running.guarding import _fault
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP
@@ -209,3 +212,10 @@ def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> Non
         done = invoke("compare", tmp_path / "missing.ply", tmp_path / "missing.ply", *map(str, more))
         assert done.exit_code == code, words
         assert words in done.stderr
+
+
+def test_a_mark_without_a_vertex_names_the_kind_of_fault() -> None:
+    """A fault for printing is many edges or faces, and its mark says which; a limit of movement names its vertex."""
+    fault = asdict(_fault("border edges", 2, np.eye(3), np.array([[0, 1], [1, 2]], np.int32)))
+    assert _title(fault) == "the written file has 2 border edges"
+    assert _title({"guard": "max_displacement", "vertex": 7, "message": ""}) == "max_displacement, vertex 7"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from pymeshfair.declaration import Length
 from pymeshfair.errors import GuardBroken, ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
+from pymeshfair.running.guarding import _displacement
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.guards import NO_GUARDS, Guards
@@ -335,3 +337,13 @@ def test_a_scan_in_metres_moves_by_no_millimetre(tmp_path: Path) -> None:
     assert record["guards"]["limits"] == {"max_displacement": "0.005"}
     with pytest.raises(GuardBroken, match=r"which is more than 0\.1mm = 0\.0001 m"):
         run_job(job(tmp_path, guards={"max_displacement": "0.1mm"}, unit="m"))
+
+
+def test_a_displacement_beyond_its_limit_never_looks_equal_to_it() -> None:
+    """Single precision moves by a little more than 0.1, and the message has the digits that show it."""
+    origins = SimpleNamespace(displaced=(None, np.array([0.0, np.float32(0.1)])), vertices=[0, 1])
+    moved = SimpleNamespace(same=True, largest=float(np.float32(0.1)), vertex=1, place=(0.0, 0.0, 0.0))
+    (breach,) = _displacement(origins, moved, 0.1, "0.1", "")  # type: ignore[arg-type]
+    assert breach.message.endswith("has moved by 0.100000001, which is more than 0.1")
+    (breach,) = _displacement(origins, moved, 0.1, "1%", " mm")  # type: ignore[arg-type]
+    assert breach.message.endswith("has moved by 0.100000001 mm, which is more than 1% = 0.1 mm")

@@ -8,7 +8,9 @@ import struct
 from pathlib import Path
 
 import pytest
+import typer
 
+from pymeshfair.commands.app import app
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import check_input, read_file
 from pymeshfair.files.obj import Materials
@@ -197,3 +199,15 @@ def test_honest_counts_are_taken(tmp_path: Path) -> None:
     (tmp_path / "b.stl").write_text("solid x\n" + f"facet normal 0 0 1\n{corners}endfacet\n" * 9 + "endsolid\n")
     assert len(read_file(tmp_path / "b.stl").mesh.faces) == 9
     assert len(read_file(SAMPLES / "chameleon.pts").mesh.vertices) == 4594
+
+
+def test_the_commands_that_a_refusal_names_have_the_option(tmp_path: Path) -> None:
+    """A file outside the folder of its mesh is refused with the commands that take --allow-outside, and no other command."""
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "outside.mtl").write_text("newmtl a\n")
+    (tmp_path / "mesh" / "mesh.obj").write_text(f"mtllib ../outside.mtl\n{TRIANGLE}")
+    with pytest.raises(InputError, match=r"take a command that has --allow-outside: (.*)$") as caught:
+        read_file(tmp_path / "mesh" / "mesh.obj")
+    named = set(str(caught.value).rpartition(": ")[2].replace(" or ", ", ").split(", "))
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    assert named == {name for name, command in commands.items() if any("--allow-outside" in p.opts for p in command.params)}

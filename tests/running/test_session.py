@@ -503,6 +503,14 @@ def test_a_step_without_faces_names_the_step_that_left_none(tmp_path: Path, size
         session_report(BONE, tmp_path / "out.ply", *steps)
 
 
+def test_a_step_without_points_names_the_step_that_left_none(tmp_path: Path) -> None:
+    """Of 200 points spread in a cube the recipe for clouds removes all, and the next step's error says which step did."""
+    (tmp_path / "cloud.xyz").write_text("".join("{} {} {}\n".format(*p) for p in np.random.default_rng(0).random((200, 3))))
+    steps = [(step.filter.python_name, dict(step.values)) for step in load_recipe("clean_point_cloud").script.steps]
+    with pytest.raises(StepFailedError, match=r"^step 4 of 7, .*; step 3, 'Delete Selected Vertices', left no points$"):
+        session_report(tmp_path / "cloud.xyz", tmp_path / "out.ply", *steps)
+
+
 def test_a_mesh_without_size_is_the_cause_and_not_the_detail_size(tmp_path: Path) -> None:
     """Where all vertices lie at one place a length in mean edges is 0, and the error says why."""
     point = tmp_path / "point.ply"

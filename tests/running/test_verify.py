@@ -185,8 +185,20 @@ def test_a_recipe_is_not_the_shipped_one_because_it_says_so(file: str | None, tm
     record = json.loads(provenance_path(output).read_text())
     record["recipe"]["file"] = None if file is None else str(tmp_path / file)
     _rewritten(record, output)
+    (folder / "smooth_taubin.mlx").unlink()
     assert verify_output(output).verdict == "recipe changed"
     assert verify_output(output, recorded=True).verdict == "identical"
+
+
+@pytest.mark.parametrize("folder", ["mlx_scripts", "superseded"])
+def test_a_file_in_a_folder_named_like_those_of_shipped_recipes_is_the_users_own(folder: str, tmp_path: Path) -> None:
+    """A changed copy of a shipped recipe, in a folder of the same name, is compared with itself and not with the shipped one."""
+    (tmp_path / folder).mkdir()
+    own = tmp_path / folder / "smooth_taubin.mlx"
+    own.write_text(_SCRIPT.format("Laplacian Smooth"))
+    output = run_job(Job(load_recipe(own), BONE, tmp_path / "out.ply")).output
+    found = verify_output(output)
+    assert (found.verdict, found.notes) == ("identical", (f"the recipe is from {own}",))
 
 
 def test_a_shipped_recipe_needs_no_file(tmp_path: Path) -> None:

@@ -74,6 +74,10 @@ def compare(
     unit = unit_of_scan(unit, units[0])
     if all(units) and units[0] != units[1]:
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
+    for read in meshes:
+        if len(read.mesh.edges) and not len(read.mesh.faces):
+            what = "it has edges and no faces: its vertices are compared, not its edges, so that equal curves may lie apart"
+            warnings.append(f"{read.path.name}: {what}")
     for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
         planes.remove(plane)
         along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]

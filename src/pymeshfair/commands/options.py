@@ -189,10 +189,16 @@ def lengths_in_mesh_units(
 ) -> tuple[float | None, Ends | None]:
     """The values of ``--tolerance`` and ``--limits LOW,HIGH`` in mesh units; `unit` is that of the scan."""
     from ..declaration import Length
+    from ..errors import ParameterError
     from ..filters.inspection import Limits as Ends
 
     def length(text: str) -> float:
-        return Length.parse(text).in_mesh_units(unit).resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+        given = Length.parse(text).in_mesh_units(unit)
+        found = given.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+        if given.amount and not found:
+            measure = "mean edge" if given.unit == "edge" else "diagonal"
+            raise ParameterError(f"{text} is 0, as the {measure} of the first mesh is 0: give the length in mesh units")
+        return found
 
     allowed, ends = None, None
     if tolerance is not None and not (allowed := length(tolerance)) > 0.0:

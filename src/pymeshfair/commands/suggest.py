@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,18 +84,22 @@ def suggest(
     print_lines(fitting_lines(recipes), err=output == STANDARD)
     if values is None:
         return
-    print_lines((_summary(scan, values, traits["noise"]), *_setting_lines(values), *_smoother_lines(values)), err=True)
+    print_lines(
+        (_summary(scan, values, traits["noise"], traits_here["noise"]), *_setting_lines(values), *_smoother_lines(values)),
+        err=True,
+    )
     if output is not None and output != STANDARD:
-        say(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
+        recipe_and_scan = shlex.join(f"./{path}" if str(path).startswith("-") else str(path) for path in (output, scan))
+        say(f"{output}: written; `pymeshfair run {recipe_and_scan} -o RESULT` applies it", err=True)
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, with the noise that `FILTER` found; its mean displacement ``drift`` includes impulses, ``noise`` hardly any."""
+    """The traits; the mean displacement ``drift`` by `FILTER` is the noise if it is above twice ``noise``, as with impulses."""
     if values is None:
         return traits
-    noise = traits["noise"] if traits.get("camera noise") else max(traits["noise"], values["drift"])
-    is_clean = values["shape"] == "clean"
-    return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": 0.0 if is_clean else noise}
+    uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
+    noise = 0.0 if values["shape"] == "clean" else values["drift"] if uneven else traits["noise"]
+    return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
@@ -162,13 +167,14 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
     return Recipe("suggestion", Script((step,), comment))
 
 
-def _summary(scan: Path, values: dict[str, Any], noise: float) -> str:
+def _summary(scan: Path, values: dict[str, Any], noise: float, ranked: float) -> str:
     if values["shape"] == "clean":
         surface = f"; what looks like noise of {noise:.2g} mean edges is the surface itself" if noise > 0.0 else ""
         return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
+    uneven = "" if ranked == noise else ", which counts as the noise in the ranking, since few vertices have most of it"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
-        f"vertices by {values['drift']:.2g} mean edges on average; the choice is {_sureness(values)}"
+        f"vertices by {values['drift']:.2g} mean edges on average{uneven}; the choice is {_sureness(values)}"
     )
 
 

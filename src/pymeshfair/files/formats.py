@@ -117,6 +117,13 @@ def attributes_of(mesh: MeshData) -> set[str]:
     return {name for name, is_present in present.items() if is_present}
 
 
+def contents_of(mesh: MeshData) -> set[str]:
+    """Returns the `ATTRIBUTES` of a mesh that was just read, with the custom attributes that only its file holds."""
+    custom = getattr(mesh.source and mesh.source.document, "custom", None)
+    has_custom = custom is not None and any(len(values) for e in ("vertex", "face", "edge") for values in custom(e).values())
+    return attributes_of(mesh) | ({"custom attributes"} if has_custom else set())
+
+
 def extension(path: Path) -> str:
     """Returns the extension of a file in lower case, without the dot."""
     return path.suffix[1:].lower()

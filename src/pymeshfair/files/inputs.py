@@ -48,7 +48,8 @@ class References:
         if not (self._allow_outside or path.resolve().is_relative_to(self._folder)):
             raise InputError(
                 self.mesh,
-                f"it names the file {quoted(name)}, which is outside its folder; put it beside the mesh, or give --allow-outside",
+                f"it names the file {quoted(name)}, which is outside its folder; put it beside the mesh, or take a command that "
+                "has --allow-outside: run, batch, verify, info, compare or picture",
             )
         return path
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import Floats, Ints
-from ..files.formats import ATTRIBUTES, attributes_of
+from ..declaration import Floats
+from ..files.formats import ATTRIBUTES, contents_of
 from ..files.ply_write import write_ply
-from ..filters.denoising import estimate_noise
 from ..filters.execution import blocks
 from ..filters.geometry import angles_between, face_normals, vector_lengths
 from ..filters.holes.rims import outer_borders
@@ -25,15 +24,11 @@ from ..filters.inspection import (
     sharp_edges,
     surface_distance,
 )
-from ..filters.mesh import bounding_box, scaled_to_unit
+from ..filters.mesh import normalised_mesh, scaled_to_unit
 from ..filters.topology import boundary_loops, connected_components
 from ..mesh_data import MeshData
 from ..running.read import ReadMesh
-
-#: the noise of a mesh with more vertices is estimated on about a quarter of the mesh, which hardly changes the estimate
-MOST_OF_NOISE = 100_000
-#: number of cells along the longest side of the bounding box, in the grid that divides a large mesh
-_CELLS = 8
+from ..running.suitability import traits_of
 
 #: the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
 _APART = 1.0
@@ -48,7 +43,7 @@ class MeshState:
     mesh: MeshData
     #: the fields of `SurfaceMeasures`, and these: number of ``border_loops``, broken borders included;
     #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
-    #: ``noise``, its standard deviation along normals in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
+    #: ``noise``, the trait of `traits_of` in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
     sharp: SharpEdges
 
@@ -63,37 +58,23 @@ class MeshState:
 
 
 def state_of(read: ReadMesh) -> MeshState:
-    """Measures a mesh."""
+    """Measures a mesh; raises `FilterInputError` if a vertex is so far from the others that their distances are lost."""
     mesh = read.mesh
+    normalised_mesh(mesh.vertices, mesh.faces).check_far()
     # Relative to the mean vertex, since coordinates are squared below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
     holes = [kind for kind in outer_borders(border.loops, local, mesh.faces) if kind == "no"]
     sharp = sharp_edges(mesh.vertices, mesh.faces)
-    cuts = read.self_intersecting
+    cuts, noise = read.self_intersecting, traits_of(read.measured, ("noise",)).get("noise")
     further_measures = {
         "border_loops": len(border.loops) + len(border.broken),
         "holes": len(holes),
         "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
-        "noise": estimate_noise(*part_for_noise(mesh.vertices, mesh.faces)).length if len(mesh.faces) else None,
+        "noise": None if noise is None else noise * read.measured.resolution(),
         "sharp_edge_length": math.fsum(sharp.lengths),
     }
     return MeshState(mesh, {**read.measures, **further_measures}, sharp)
-
-
-def part_for_noise(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Returns the mesh; for a large mesh, the faces in about a quarter of the cells of a grid, spread over the whole mesh."""
-    low, high = bounding_box(vertices)
-    size = float((high - low).max())
-    if len(vertices) <= MOST_OF_NOISE or not size > 0.0:
-        return vertices, faces
-    i, j, k = ((vertices - low) * (_CELLS / size)).astype(np.int64).T
-    in_part = (i * 73_856_093 ^ j * 19_349_663 ^ k * 83_492_791) % 7 < 2  # a hash selects some cells of every plane of cells
-    inside = in_part[faces].all(axis=1)
-    if 8 * np.count_nonzero(inside) < len(faces):  # a stray vertex has made the cells too large
-        return vertices, faces
-    row_of_vertex = np.cumsum(in_part) - 1
-    return vertices[in_part], row_of_vertex[faces[inside]].astype(faces.dtype)
 
 
 @dataclass(frozen=True)
@@ -226,7 +207,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         verdict = {"tolerance": length(tolerance), "passed": not ordered, "out_of_tolerance": ordered}
     at_most = max(after_distance.at_most, before_distance.at_most)
     rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
-    attributes_before, attributes_after = (attributes_of(mesh) for mesh in (first, second))
+    attributes_before, attributes_after = (contents_of(mesh) for mesh in (first, second))
     comparison = Comparison(
         before=before.measures,
         after=after.measures,

@@ -166,6 +166,11 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
         text = "Both meshes are the same surface: no place of one lies further than a rounding error from the other."
     elif result.hausdorff.mesh_units <= result.rounding:
         text = f"No difference between the surfaces at {after.samples + before.samples:,} samples of their faces."
+    elif before.rms.mesh_units > 2.0 * after.rms.mesh_units:
+        text = (
+            f"BEFORE lies {_in_edges(before.rms, unit)} from AFTER (root mean square), and {_in_edges(before.largest, unit)} at "
+            f"most; AFTER lies {_in_edges(after.rms, unit)} from BEFORE."
+        )
     else:
         apart = f"{_in_edges(after.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at most"
         side = f"{'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(after.mean, unit)} on average"
@@ -253,6 +258,8 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
             f"more than a mean edge away: {result.added_area:.6g}{square} of area added, "
             f"{result.removed_area:.6g}{square} removed"
         )
+    if (count := len(result.out_of_tolerance)) > MOST_AREAS:
+        lines.append(f"areas out of tolerance: {count:,}; the {MOST_AREAS} furthest are listed")
     attributes = {words: getattr(result, f"attributes_{words}") for words in ("kept", "lost", "gained")}
     return [*lines, *(f"{words}: {', '.join(names)}" for words, names in attributes.items() if names)]
 

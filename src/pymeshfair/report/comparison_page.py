@@ -134,14 +134,16 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
         unit=unit,
         warnings=record["warnings"],
         verdict=_verdict_of_run(record, verdict_of(comparison, change, unit)),
-        markers=[
-            Marker(b["place"], f"{b['guard']}, vertex {b['vertex']}")
-            for b in record.get("guards", {}).get("breaches", ())
-            if b["place"]
-        ],
+        markers=[Marker(b["place"], _title(b)) for b in record.get("guards", {}).get("breaches", ()) if b["place"]],
         run=record,
         provenance=provenance,
     )
+
+
+def _title(breach: Mapping[str, Any]) -> str:
+    if breach["vertex"] is None:
+        return str(breach["message"].partition(", around ")[0])
+    return f"{breach['guard']}, vertex {breach['vertex']}"
 
 
 def _verdict_of_run(record: Mapping[str, Any], of_change: Verdict) -> Verdict:

@@ -89,12 +89,13 @@ class Document:
         return self.mesh(self.current_id)
 
     @property
-    def has_faces(self) -> bool:
-        """Whether the current layer has faces; False without layers."""
+    def fullness(self) -> int:
+        """Returns 2 if the current layer has faces, 1 if it has only vertices, 0 if it has none or there is no layer."""
         if self.current_id is None:
-            return False
+            return 0
         mesh = self._meshes[self.current_id]
-        return len(mesh.faces) > 0 if mesh is not None else self._door.has_faces()
+        vertices, faces = self._door.counts() if mesh is None else (len(mesh.vertices), len(mesh.faces))
+        return 2 if faces else min(vertices, 1)
 
     def apply(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply a step; return its parameters, with lengths in mesh units, and the values that its filter reports, by name."""

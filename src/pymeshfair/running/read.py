@@ -10,7 +10,7 @@ from typing import Any
 from ..declaration import Bools, Length
 from ..errors import FilterInputError, RunError
 from ..files.errors import InputError
-from ..files.formats import ATTRIBUTES, UNCHECKED, attributes_of, extension
+from ..files.formats import ATTRIBUTES, UNCHECKED, contents_of, extension
 from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
@@ -85,7 +85,7 @@ def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[st
 
     read = read_mesh(path, self_intersections=None, allow_outside=allow_outside, unchecked=unchecked)
     vertices, faces = read.mesh.vertices, read.mesh.faces
-    present = attributes_of(read.mesh)
+    present = contents_of(read.mesh)
     return {
         **read.measures,
         "unit": read.mesh.unit,

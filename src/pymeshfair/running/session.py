@@ -91,7 +91,7 @@ class Session:
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
-        self._emptied = 0  # the step that left no faces of the mesh; 0 if there are faces, or were none from the beginning
+        self._emptied = ""  # which step left no faces of a mesh, or no points of a cloud; empty if no step did
         self._notes: list[str] = []
         self._unit: str | None = None
 
@@ -180,14 +180,14 @@ class Session:
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
-            had_faces = self._document.has_faces
+            former = self._document.fullness
             parameters, values = self._document.apply(step)
             if not self._document.ids:
                 raise self._failed("it left no mesh")
-            if self._document.has_faces:
-                self._emptied = 0
-            elif had_faces:
-                self._emptied = number
+            if (fullness := self._document.fullness) < former:
+                self._emptied = f"; step {number}, {step.filter.name!r}, left no {('points', 'faces')[former - 1]}"
+            elif fullness > former:
+                self._emptied = ""
         except (StepFailedError, MemoryError, MeshLabLoadError):
             raise
         except StoppedError as error:
@@ -214,9 +214,7 @@ class Session:
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
-        if self._emptied:
-            reason += f"; step {self._emptied}, {self._steps[self._emptied - 1].filter.name!r}, left no faces"
-        return StepFailedError(place, reason)
+        return StepFailedError(place, reason + self._emptied)
 
     def _note(self, text: str) -> None:
         self._notes.append(text)

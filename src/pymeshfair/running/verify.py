@@ -157,8 +157,11 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
         return recipe, "the recipe was not in a file: --recorded repeats the run with the one in the provenance", ""
     file = Path(entry["file"])
     shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
-    is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))
-    if not is_ours and not file.is_file():
+    is_file = file.is_file()
+    # The file may be of an installation that is not on this computer.
+    may_be_shipped = not is_file and file.parent.name in ("mlx_scripts", "superseded")
+    is_ours = shipped is not None and (file == shipped.script.path or may_be_shipped)
+    if not is_ours and not is_file:
         return recipe, f"the recipe's file {file} is not there any more", ""
     try:
         source = shipped if is_ours and shipped is not None else load_recipe(file, upgrade=True)
