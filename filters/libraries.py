@@ -1,6 +1,7 @@
 """Libraries that are imported at first use, since together they take half a second and no filter needs them all."""
 
 import importlib
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -34,23 +35,29 @@ if TYPE_CHECKING:
     from scipy import fft, linalg, optimize, sparse, spatial, special
     from scipy.linalg import blas
 else:
-    blas = ImportedWhenUsed("scipy.linalg.blas")
-    fft = ImportedWhenUsed("scipy.fft")
-    linalg = ImportedWhenUsed("scipy.linalg")
-    optimize = ImportedWhenUsed("scipy.optimize")
+    for _name in ("fft", "linalg", "linalg.blas", "optimize", "sparse", "spatial", "special"):
+        globals()[_name.rpartition(".")[2]] = ImportedWhenUsed(f"scipy.{_name}")
     robust_laplacian = ImportedWhenUsed("robust_laplacian")
-    sparse = ImportedWhenUsed("scipy.sparse")
-    spatial = ImportedWhenUsed("scipy.spatial")
-    special = ImportedWhenUsed("scipy.special")
     threadpoolctl = ImportedWhenUsed("threadpoolctl")
+
+
+_lock = threading.Lock()
+_limits: list[Any] = []  # the limit of the process, once for each context that needs it
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Context in which matrix products use one thread, since their bits depend on the number of threads."""
     blas.dgemm  # noqa: B018 - loads scipy's library now; the limit does not affect libraries loaded later
-    with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+    with _lock:
+        _limits.append(_limits[0] if _limits else threadpoolctl.threadpool_limits(limits=1, user_api="blas"))
+    try:
         yield
+    finally:
+        with _lock:
+            limit = _limits.pop()
+            if not _limits:
+                limit.restore_original_limits()
 
 
 __all__ = [

@@ -38,7 +38,7 @@ def get_surface_measures(layer: Layer) -> Edit:
     edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
     the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
     """
-    return Edit(values=asdict(inspection.surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
+    return Edit(values=asdict(inspection.surface_measures(layer.without_matrix().vertices, layer.faces, edges=layer.edges)))
 
 
 @vertex_look(name="Mean Curvature by Laplacian", references=("meyer2003",))

@@ -141,6 +141,13 @@ def test_a_filter_of_a_plugin_that_fails_is_not_there_for_a_reason_that_is_told(
     assert f"warning: {cause}" in invoke("list", "filters", "taubin").stderr
 
 
+def test_a_plugin_without_memory_is_not_broken(install: Install) -> None:
+    """If memory runs out while a plugin is loaded, the error is that, and not that there is no such filter."""
+    install("scanlab", "raise MemoryError", "scanlab = scanlab_filters")
+    with pytest.raises(MemoryError):
+        registry.find_filter("apply_coord_scan_lab_nothing")
+
+
 def test_an_unknown_name_tells_of_plugins_that_may_have_it(install: Install) -> None:
     """An unknown name gets its suggestion, and a plugin that failed is named all the same."""
     install("broken", "import no_such_package", "lab = broken_filters")

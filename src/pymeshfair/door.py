@@ -395,8 +395,6 @@ def load_unchecked(path: Path, folder: Path) -> Reading:
     """Reads a file with MeshLab's reader."""
     try:
         mesh, count = Door(folder, {}, {}, None, verbose=False).load(path)
-    except MemoryError:
-        raise
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import linalg
-from threadpoolctl import threadpool_limits
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
+from pymeshfair.filters.libraries import one_blas_thread
 from pymeshfair.filters.linear_solvers import ShiftedFactors
 from pymeshfair.filters.spectral import eigenpairs
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
@@ -280,6 +281,22 @@ def test_bits_are_the_same_in_other_processes_and_with_other_threads() -> None:
             check=True,
         )
         assert told.stdout.strip() == ours
+
+
+def test_blas_has_one_thread_until_the_last_context_is_left() -> None:
+    """Where two threads need the limit, the first that leaves does not lift it for the other; the last gives back two threads."""
+
+    def counts() -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    first, second = one_blas_thread(), one_blas_thread()
+    with threadpool_limits(2, "blas"):
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        inside = counts()
+        second.__exit__(None, None, None)
+        assert (inside, counts()) == ({1}, {2})
 
 
 @pytest.mark.slow

@@ -146,3 +146,27 @@ def test_another_layer_is_placed_by_both_matrices() -> None:
     other = meshes._bench.current().other(1)
     assert np.array_equal(other.vertices, (vertices + away[:3, 3]) / 2.0)
     assert np.array_equal(other.other(0).vertices, vertices)
+
+
+def test_a_layer_is_measured_where_its_matrix_places_it() -> None:
+    """Twice as large by its matrix, a layer has four times the area and eight times the volume, as MeshLab says too."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(3)))
+    before = meshes.apply_filter("get_surface_measures")
+    meshes.set_matrix(transformmatrix=np.diag([2.0, 2.0, 2.0, 1.0]), freeze=False)
+    after, theirs = (meshes.apply_filter(name) for name in ("get_surface_measures", "get_geometric_measures"))
+    for name, factor in (("area", 4.0), ("volume", 8.0), ("mean_edge", 2.0)):
+        assert after[name] == pytest.approx(factor * before[name], rel=1e-12)
+    assert after["area"] == pytest.approx(theirs["surface_area"], rel=1e-6)
+
+
+def test_a_matrix_without_inverse_is_named() -> None:
+    """No layer can be placed in the coordinates of a layer that is flattened; the error names it and what to do."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(1)), "far")
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(1)), "flat")
+    meshes.set_matrix(transformmatrix=np.diag([1.0, 1.0, 0.0, 1.0]), freeze=False)
+    with pytest.raises(MeshError, match=r"the matrix of the layer 'flat' has no inverse: apply .*apply_matrix_freeze"):
+        meshes._bench.current().other(0)
+    meshes.apply_matrix_freeze()
+    assert meshes._bench.current().other(0).label == "far"

@@ -16,7 +16,7 @@ import pytest
 from pymeshfair.errors import ParameterError, RunError, RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.process import LostProcessError, Pool, Process
-from pymeshfair.processes.worker import DefectError, use_up
+from pymeshfair.processes.worker import DefectError, answer, use_up
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
@@ -83,6 +83,26 @@ def test_answers_and_errors_come_back() -> None:
         assert "ZeroDivisionError" in str(broken.error)
         assert "in fail" in broken.details
         assert pool.submit(number_of_this).result().result == first.result
+
+
+def lack(kind: type[Exception], words: str) -> None:
+    """An error of a library that gets no memory."""
+    raise kind(words)
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        (MemoryError, ""),
+        (RuntimeError, "can't start new thread"),
+        (RuntimeError, "std::bad_alloc"),
+        (OSError, "[Errno 12] Cannot allocate memory"),
+        (ImportError, "libscipy.so: failed to map segment from shared object"),
+    ],
+)
+def test_a_lack_of_memory_is_no_defect(kind: type[Exception], words: str) -> None:
+    """Whatever the words in which a library says that memory ran out, the answer of the process is that memory ran out."""
+    assert isinstance(answer(lack, kind, words).error, MemoryError)
 
 
 @pytest.mark.slow

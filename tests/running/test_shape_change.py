@@ -43,7 +43,7 @@ def test_a_stretched_sphere() -> None:
     assert found.turned == 0
     steps = load_recipe("smooth_implicit").script.steps
     (dimensions, moved) = warnings_of(found, steps, lambda: "another")
-    assert dimensions.endswith("To keep them: a smaller value of detail_size, or take another")
+    assert dimensions.endswith("To keep them: a smaller value of detail_size than 'auto' takes, or take another")
     assert f"vertex {found.moved.vertex} at " in moved
 
 
@@ -64,7 +64,7 @@ def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
     script = load_recipe(head.name).script
     said = milder(script.steps)
     names = {s.name for s in script.settings} | {p.name for step in script.steps for p in step.filter.parameters}
-    assert not said or said.removeprefix("a smaller value of ") in names
+    assert not said or said.removeprefix("a smaller value of ").removesuffix(" than 'auto' takes") in names
     assert not said or head.name != "fair_selection"
 
 
@@ -73,6 +73,13 @@ def test_the_step_that_smoothed_first_is_to_do_less() -> None:
     script = load_recipe("clean_range_map").script
     assert milder(script.steps) == "a smaller value of outer_iterations"
     assert milder(override(script, ("detail_size=6edge",)).steps) == "a smaller value of detail_size"
+
+
+def test_what_does_nothing_is_not_to_be_smaller() -> None:
+    """The spectral low pass ignores its gain: the advice is another detail size, also if the filter chooses that itself."""
+    script = override(load_recipe("spectral_low_pass").script, ("detail_size=auto",))
+    assert milder(script.steps) == "a smaller value of detail_size than 'auto' takes"
+    assert milder(load_recipe("enhance_details").script.steps) == "a smaller value of gain"
 
 
 def test_much_new_surface_is_a_warning() -> None:

@@ -264,6 +264,15 @@ def test_memory_is_held_to_its_limit(tmp_path: Path) -> None:
     assert names_in(tmp_path) == set()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux holds a process to its memory")
+@pytest.mark.parametrize("megabytes", [100, 120])
+def test_less_memory_than_the_libraries_need(megabytes: int, tmp_path: Path) -> None:
+    """A run with less memory than the libraries take ends at once, with an error that says so."""
+    with pytest.raises(OutOfMemory, match=f"needed more memory than the {megabytes} MB that the run was given; give it more"):
+        run_job(job_of(tmp_path / "out.ply", SMOOTH, memory_limit=megabytes * 10**6, timeout=60))
+    assert names_in(tmp_path) == set()
+
+
 def test_an_exception_of_the_listener_stops_the_run(tmp_path: Path, workers: list[Process]) -> None:
     """What `on_event` raises comes out of `run_job`, after the worker has been ended and its files removed."""
 

@@ -17,7 +17,7 @@ from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.sources import PlyFile
 from tests.batch.batches import with_module
-from tests.commands.command_line import COMMAND, invoke, run_process
+from tests.commands.command_line import COMMAND, fits, invoke, run_process
 from tests.files.surveys import scan as survey
 from tests.meshes import icosphere
 from tests.tiles.test_clouds import uneven
@@ -215,6 +215,23 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
     # Where many points lie in one plane or at one place, which neighbours are the nearest is a matter of rounding.
     agree = np.abs(sum(tiled[name] * one[name] for name in ("nx", "ny", "nz")))
     assert np.mean(agree > 1 - 1e-9) > 0.9
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e200])
+def test_a_run_by_tiles_prints_the_document_of_a_run(scale: float, recipe: Path, tmp_path: Path) -> None:
+    """With --json the document has the form of its schema, of any size of scan; measures that tiles do not know are null."""
+    scan = write_cloud(tmp_path / "scan.ply", scale * uneven(5))
+    tiled, whole = (
+        invoke("run", recipe, scan, "-o", tmp_path / f"out{len(options)}.ply", "--json", *options)
+        for options in (("--tiles",), ())
+    )
+    assert (tiled.exit_code, whole.exit_code) == (0, 0), tiled.stderr + whole.stderr
+    read, other = json.loads(tiled.stdout), json.loads(whole.stdout)
+    assert fits(read, "run")
+    for name in ("before", "after"):
+        assert read[name]["vertices"] == other[name]["vertices"]
+        assert read[name]["diagonal"] == pytest.approx(other[name]["diagonal"], rel=1e-12)
+        assert read[name]["area"] is None
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ class Layer(Protocol):
     def diagonal(self) -> float: ...  # of the bounding box, in mesh units
     @property
     def mean_edge(self) -> float: ...  # mean edge length; of a cloud the mean distance to the nearest neighbour
+    def without_matrix(self) -> Layer: ...  # with the matrix applied to the coordinates
 
     def selected_vertices(self) -> Bools:
         """The selected vertices; if there are none, the vertices whose triangles are all selected.

@@ -46,7 +46,7 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = No
     """Returns a row for each measure: its name, and its value for each mesh."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
-    incomplete = all(measures.get("faces") == 0 or "area" not in measures for measures in columns.values())
+    incomplete = all(measures.get("faces") == 0 or measures.get("area") is None for measures in columns.values())
     rows = []
     for name, words, always in _MEASURES:
         # In a cloud all vertices are unreferenced, which is no fault.

@@ -260,7 +260,11 @@ class View:
         mesh, own = self._find(mesh_id), self._mesh.matrix
         if not np.array_equal(own, mesh.matrix):  # type: ignore[arg-type]
             place, here = (np.eye(4) if matrix is None else matrix for matrix in (mesh.matrix, own))
-            to_here = np.linalg.solve(here, place).astype(np.float64)
+            try:
+                to_here = np.linalg.solve(here, place).astype(np.float64)
+            except np.linalg.LinAlgError as error:
+                advice = "apply the matrix (apply_matrix_freeze) or replace it (set_matrix)"
+                raise MeshError(f"the matrix of the layer {self._mesh.label!r} has no inverse: {advice}") from error
             mesh = replace(replace(mesh, matrix=to_here).without_matrix(), matrix=own)
         return View(mesh, self._find)
 

@@ -12,6 +12,7 @@ import io
 import os
 import pickle
 import platform
+import re
 import sys
 import threading
 import traceback
@@ -23,9 +24,12 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from ..errors import PymeshfairError
+from ..filters.libraries import blas
 from ..garbage import collect_seldom
 from ..operating_system import this_system
 
+#: how Python and the libraries say that memory ran out
+LACK = re.compile("MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment", re.I)
 #: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
@@ -70,17 +74,22 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
         result = task(*arguments)
     except Exception as raised:
         error, details = _sendable(raised), traceback.format_exc()
-    process = f"{platform.node()} {os.getpid()}"
-    return Answer(result, error, details, process, this_system().peak_memory())
+    return Answer(result, error, details, f"{platform.node()} {os.getpid()}", this_system().peak_memory())
+
+
+def is_lack_of_memory(error: BaseException | None) -> bool:
+    """Returns whether an exception or its cause says that memory ran out."""
+    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and LACK.search(str(error)))
+    return error is not None and (bool(is_lack) or is_lack_of_memory(error.__cause__))
 
 
 def _sendable(error: Exception) -> Exception:
     """Returns an equivalent exception that can be pickled."""
+    if is_lack_of_memory(error):
+        return MemoryError("memory ran out")
     match error:
         case PymeshfairError():
             return error
-        case MemoryError():
-            return MemoryError("memory ran out")
         case ImportError():
             return ImportError(str(error))
         case OSError():
@@ -120,6 +129,8 @@ def serve(modules: Sequence[str]) -> None:
     _prepare(modules, inbox)
     while True:
         order = inbox.get()
+        if order.memory_limit is not None and order.memory_limit < 10**9:
+            blas.dgemm  # noqa: B018 - loads OpenBLAS, which may wait for ever if its first buffer is above the limit
         this_system().limit_memory(order.memory_limit)
         done = answer(_call, order)
         with suppress(OSError):

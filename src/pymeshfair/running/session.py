@@ -21,6 +21,7 @@ from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
+from ..processes.worker import is_lack_of_memory
 from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
@@ -193,7 +194,7 @@ class Session:
         except StoppedError as error:
             raise error.__cause__ or error from None
         except Exception as error:
-            if _caused_by_memory(error):
+            if is_lack_of_memory(error):
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
@@ -321,8 +322,3 @@ class Session:
         for text in texts:
             self.warnings.append(text)
             self._event(Message(text, "warning"))
-
-
-def _caused_by_memory(error: BaseException | None) -> bool:
-    is_lack = isinstance(error, MemoryError) or "bad_alloc" in str(error)
-    return error is not None and (is_lack or _caused_by_memory(error.__cause__))

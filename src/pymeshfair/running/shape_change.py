@@ -272,8 +272,9 @@ def milder(steps: Sequence[Step]) -> str:
     """Returns advice to smooth less: a smaller value of a setting, or else of a parameter; empty if neither can be smaller."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
-    settings = [step.settings[name] for step, name in amounts if name in step.settings and step.values[name] != "auto"]
-    names = settings or [name for _, name in amounts]
+    amounts = [(s, n) for s, n in amounts if n != "gain" or s.values.get("response", "enhance") == "enhance"]  # else unused
+    chosen = [(s, n) for s, n in amounts if n in s.settings and s.values[n] != "auto"] or amounts
+    names = [s.settings.get(n, n) + (" than 'auto' takes" if s.values[n] == "auto" else "") for s, n in chosen]
     return f"a smaller value of {names[0]}" if names else ""
 
 

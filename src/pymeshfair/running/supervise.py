@@ -27,7 +27,7 @@ from ..files.provenance import formatted, provenance_path
 from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
-from ..processes.worker import DefectError, Order
+from ..processes.worker import LACK, DefectError, Order
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
@@ -210,9 +210,11 @@ class Watch:
     def _death(self, status: int) -> RunError:
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
+        tail, limit = "\n".join(self._tail), self._job.memory_limit
+        if LACK.search(tail):
+            return OutOfMemory(self._place, limit)
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""
-        tail, limit = "\n".join(self._tail), self._job.memory_limit
         return WorkerDied(self._place, status, tail, memory_limit=limit, advice=advice)
 
     def _failure(self, error: Exception, details: str) -> Exception:
@@ -318,8 +320,7 @@ def _check_outputs(job: Job) -> None:
 
 def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Items, on_event: Callable[[Event], None]) -> Report:
     limit = this_system().usable_memory() if job.memory_limit is None else job.memory_limit
-    if_lost = partial(clear_up, stage, job.output)
-    order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=if_lost)
+    order = Order.of(carry_out, job, stage, memory_limit=limit, if_lost=partial(clear_up, stage, job.output))
     with pool.lend() as worker:
         return Watch(job, worker, items, on_event).until_done(order, started)
 

@@ -4,7 +4,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from ..files.outputs import check_output
 from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
+from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
 from ..processes.environment import packages_here
@@ -207,8 +208,9 @@ class _TiledRun:
 
 def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
     sides = [float(b - a) if sizes["points"] else 0.0 for a, b in zip(sizes["low"], sizes["high"], strict=True)]
-    diagonal = sum(s * s for s in sides) ** 0.5
-    return {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
+    diagonal = float(np.hypot.reduce(sides))
+    known = {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
+    return dict.fromkeys(measure.name for measure in fields(SurfaceMeasures)) | known
 
 
 def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
