@@ -167,9 +167,8 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     """
     check_growable(mesh)
     check_names(bench, mesh)
-    before = _as_data(mesh)
-    n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
-    before = _textured(bench, mesh, before)
+    before, wedges = _as_data(bench, mesh), wedges_of(mesh)
+    n, faces = len(before.vertices), before.faces
     enlarged, may_donate = with_additions(before, edit), texture_donors(before)
     remaining: dict[str, Any] = {"vertices": enlarged.vertices, "added_vertices": None, "added_faces": None}
     for element, attributes in zip(ELEMENTS, (enlarged.vertex_attributes, enlarged.face_attributes), strict=True):
@@ -198,7 +197,7 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     return replace(edit, **of_faces), notes
 
 
-def _as_data(mesh: Any) -> MeshData:
+def _as_data(bench: Workbench, mesh: Any) -> MeshData:
     """Reads the layer and the attributes that determine the attributes of added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
@@ -209,22 +208,16 @@ def _as_data(mesh: Any) -> MeshData:
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
+    if wedges is not None and mesh.texture_number() > 1:
+        numbers = of["face"]["texture"] = np.full(len(faces), -1, np.int32)
+        for number in range(mesh.texture_number()):
+            bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={number}")
+            numbers[read_array(mesh, "face_selection")] = number
+        # Faces without an image are no donors.
+        of["face"]["wedge_texture_coordinates"] = np.where(numbers[:, None, None] < 0, np.nan, wedges)
     if mesh.has_vertex_tex_coord():
         of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
     return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"], textures=textures)
-
-
-def _textured(bench: Workbench, mesh: Any, before: MeshData) -> MeshData:
-    """Returns the mesh with the texture of each face, for which MeshLab is asked if there are several textures."""
-    if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
-        return before
-    texture_indices = np.full(len(before.faces), -1, np.int32)
-    for index in range(mesh.texture_number()):
-        bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
-        texture_indices[read_array(mesh, "face_selection")] = index
-    wedges = before.face_attributes["wedge_texture_coordinates"]
-    wedges = np.where(texture_indices[:, None, None] < 0, np.nan, wedges)  # faces without an image are no donors
-    return before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": texture_indices})
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
