@@ -238,7 +238,7 @@ def _flip_pass(
     points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: Floats
 ) -> int:
     """Flips the first suitable edge of each face in place; returns the number of flips. (n,) `near` are squared distances."""
-    count, least = 0, near.min()
+    count, least = 0, near.min() if near.size else 0.0
     for f in range(faces.shape[0]):
         for k in range(3):
             if across[f, k] < 0:
