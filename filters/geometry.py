@@ -127,8 +127,12 @@ def side_lengths(loop: Floats) -> Floats:
 
 
 def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
-    """The mean length of the edges, each counted once, in mesh units; 0 if there are none."""
-    pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
+    """The mean length of the edges between different vertices, each counted once, in mesh units; 0 if there are none."""
+    if faces_or_edges.shape[1] == 3:
+        pairs = edges(faces_or_edges)
+    else:
+        pairs = np.sort(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], axis=1)
+        pairs = pairs[np.sort(np.unique(pairs @ np.array([1 << 32, 1]), return_index=True)[1])]
     if len(pairs) == 0:
         return 0.0
     return float(edge_lengths(vertices, pairs).mean())

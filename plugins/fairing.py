@@ -197,7 +197,7 @@ def apply_coord_region_fairing(
     moved = int(faired.free.sum())
     notes = []
     if moved < chosen.sum():
-        notes.append(_staying(chosen, moved))
+        notes.append(_staying(chosen, moved, "lie on an open border or have no triangle"))
     if faired.irregular:
         notes.append(moving.irregular_note(faired.irregular))
     if area_share < 1 / 3:
@@ -209,9 +209,9 @@ def apply_coord_region_fairing(
     return Edit(vertices=faired.vertices, values={"moved": moved, **report}, notes=tuple(notes))
 
 
-def _staying(chosen: Bools, moved: int) -> str:
+def _staying(chosen: Bools, moved: int, reason: str) -> str:
     count = int(chosen.sum())
-    return f"{count - moved:,} of the {count:,} selected vertices lie on an open border or have no triangle, and stay."
+    return f"{count - moved:,} of the {count:,} selected vertices {reason}, and stay."
 
 
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
@@ -221,7 +221,8 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
     lower = sum(used != energy for used in filling.energies)
     notes = []
     if (chosen & ~region).any():
-        notes.append(_staying(chosen, int((chosen & region).sum())))
+        reason = "have a triangle that touches an open border, or none"
+        notes.append(_staying(chosen, int((chosen & region).sum()), reason))
     if lower:
         notes.append(f"{lower} of {len(filling.closed)} parts of the region needed a simpler energy than {energy!r}.")
     return Edit(

@@ -49,8 +49,9 @@ SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For 
 def no_amount(layer: Layer, other: str) -> FilterInputError:
     """The error if neither the detail size nor the other parameter gives an amount."""
     if layer.mean_edge == 0.0:
-        lacking = "edge with a length" if len(layer.faces) or len(layer.edges) else "faces"
-        return FilterInputError(f"the mesh has no {lacking}, so that detail_size is 0: nothing to do")
+        has_cells = len(layer.faces) or len(layer.edges)
+        lacking = "no edge with a length" if has_cells else "only doubled points" if len(layer.vertices) > 1 else "no faces"
+        return FilterInputError(f"the mesh has {lacking}, so that detail_size is 0: nothing to do")
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
 
 

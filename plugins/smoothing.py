@@ -49,17 +49,20 @@ def apply_coord_implicit_fairing(
         iterations: With a detail size, more iterations make a sharper cutoff; with a time step, each iteration smooths further.
         flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
             'conformalized' updates only the areas, so that thin parts do not pinch off.
-        preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
+        preserve_volume: Rescale every closed component about its centroid so that it keeps its volume, if all of its vertices may
+            move. Not for point clouds.
         keep_dimensions: Undo the motion along the normals as far as neighbours move alike: limbs keep their thickness and the
             shape keeps its size, on open surfaces too. Not for point clouds.
     """
     options: dict[str, Any] = {"operator": operator, "iterations": iterations, "flow": flow, "border": border}
     options |= {"preserve_volume": preserve_volume, "keep_dimensions": keep_dimensions}
+    note = "preserve_volume rescales only closed components whose vertices are all selected."
+    notes = (note,) if preserve_volume and selected else ()
     if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * moving.squared_mean_edge(layer)
         options |= {"movable": movable_vertices(layer, selected), "progress": progress}
         vertices = diffusion.implicit_fairing(layer.vertices, layer.faces, time_step=time, **options)
-        return Edit(vertices=vertices, values={"time_step": time})
+        return Edit(vertices=vertices, values={"time_step": time}, notes=notes)
     if operator not in ("cotangent", "robust"):  # the other operators do not approximate the Laplace-Beltrami operator
         raise FilterInputError(f"operator {operator!r} does not work with a detail size: give a time_step, for example 1.0")
     if detail_size == 0.0:
@@ -72,6 +75,7 @@ def apply_coord_implicit_fairing(
         return diffusion.implicit_fairing(points, faces, time_step=time_of(size), **options, **keywords)
 
     smoothed = moving.smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=progress)
+    smoothed = smoothed._replace(notes=(*notes, *smoothed.notes))
     return smoothed.edit(time_step=time_of(smoothed.amount) if smoothed.amount else 0.0)
 
 

@@ -53,7 +53,7 @@ def face_neighbourhoods(
     if rings < _WITHOUT_LIMIT:
         centres = np.empty((0, 3))
     elif centres is None or not radius > 0.0:
-        raise FilterInputError(f"radius is {radius}: it must be above 0")
+        raise FilterInputError("give the centres of the faces" if radius > 0.0 else f"radius is {radius}: it must be above 0")
     places = np.ascontiguousarray(centres)
     if kind == "geodesic":
         return _listed(len(faces), _visit_within, touching, places, radius)

@@ -97,7 +97,8 @@ def implicit_fairing(
             radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized" keeps the angles of the input as
             weights: no necks pinch off, and closed surfaces without handles tend to a sphere [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
-            a coherently oriented component without border whose vertices may all move; other components are not scaled.
+            a coherently oriented component without border whose vertices may all move; other components are not scaled. Not for
+            point clouds.
         keep_dimensions: after every step, undo the part of the motion along the normals that neighbours share, on open surfaces
             too. Balls keep their radius and limbs their thickness; see `dimensions_restored`. Not for point clouds.
         border: "fixed": border vertices stay. "along": first a step of the same t smooths the border as a curve, see
@@ -122,8 +123,10 @@ def implicit_fairing(
     check_choice("border", border, BORDER_POLICIES)
     check_finite("time_step", time_step, least=0.0)
     steps = check_whole_number("iterations", iterations, least=0)
-    if keep_dimensions and len(points) and not len(triangles):
-        raise FilterInputError("keep_dimensions needs triangles, because it moves vertices along normals: a point cloud has none")
+    needing = {f"operator {operator!r}": operator != "robust", "keep_dimensions": keep_dimensions}
+    for name, is_on in (needing | {"preserve_volume": preserve_volume}).items():
+        if is_on and len(points) and not len(triangles):
+            raise FilterInputError(f"{name} needs triangles and there are none; for a point cloud take operator 'robust' alone")
     mesh = normalised_mesh(points, triangles, movable)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()

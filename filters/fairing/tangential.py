@@ -102,7 +102,7 @@ def tangential_smoothing(
     for iteration in range(iterations):
         partial = part_of(progress, iteration / iterations, (iteration + 0.8) / iterations)
         if flip_edges:
-            surface.faces, flipped = flip_towards_quality(now, surface.faces, may, surface.walkable, surface.at, allowed)
+            surface.faces, flipped = flip_towards_quality(now, surface.faces, may, surface.walkable, surface.at, surface.allowed)
             if flipped:
                 energy = None
         if moves.any():
@@ -144,17 +144,18 @@ class TangentialEnergy:
 class KeptSurface:
     """The input surface, on which vertices stay, and the current triangles, which must not fold.
 
-    The middles of edges and the centroids of triangles stay within `allowed` of the input. Vertex i lies on the input's face
-    ``at[i]``.
+    The middles of edges and the centroids of triangles stay near the input: within the least of the distances `allowed` at the
+    vertices of the triangle and of the input's face below. Vertex i lies on the input's face ``at[i]``.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
-        self.faces, self.allowed = faces, allowed
+        self.faces = faces
         self.walkable = WalkableSurface.of(points, faces)
         self._normals = face_normals(points, faces)
         sharp, normals = sharp_edges(points, faces), smooth_normals(points, faces)
         first, second = (normals[faces[sharp.faces[:, k]]].sum(axis=1) for k in range(2))
-        self._on_ridge = mask_of(sharp.pairs[np.linalg.norm(first - second, axis=1) > _TURNED], len(points))
+        on_ridge = mask_of(sharp.pairs[np.linalg.norm(first - second, axis=1) > _TURNED], len(points))
+        self.allowed = np.where(on_ridge, _AT_RIDGES * allowed, allowed)
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
@@ -184,21 +185,18 @@ class KeptSurface:
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
-        ridge = np.asarray(self._on_ridge[faces].any(axis=1))
-        under, harmed = self._faces_under((a + b + c) / 3.0, at[faces[:, 0]], ridge)
+        allowed = self.allowed[faces].min(axis=1)
+        under, harmed = self._faces_under((a + b + c) / 3.0, at[faces[:, 0]], allowed)
         harmed |= np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
-            harmed |= self._faces_under((start + end) / 2.0, at[faces[:, k]], ridge)[1]
+            harmed |= self._faces_under((start + end) / 2.0, at[faces[:, k]], allowed)[1]
         return np.asarray(harmed)
 
-    def _faces_under(self, places: Floats, at: Ints, ridge: Bools) -> tuple[Ints, Bools]:
+    def _faces_under(self, places: Floats, at: Ints, allowed: Floats) -> tuple[Ints, Bools]:
         """Walks from the input's faces `at` to the faces under the places; returns the faces, and which places are too far."""
-        under, is_too_far = np.empty_like(at), np.empty(len(at), dtype=np.bool_)
-        for part, allowed in ((~ridge, self.allowed), (ridge, _AT_RIDGES * self.allowed)):
-            _, under[part], far = self.walkable.closest(places[part], at[part], allowed)
-            is_too_far[part] = far > allowed
-        return under, is_too_far
+        _, under, far = self.walkable.closest(places, at, self.allowed.min())
+        return under, far > np.minimum(allowed, self.allowed[self.walkable.faces[under]].min(axis=1))
 
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:
@@ -208,7 +206,7 @@ def _mean_edges(points: Floats, faces: Ints) -> Floats:
 
 
 def flip_towards_quality(
-    points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: float
+    points: Floats, faces: Ints, may: Bools, surface: WalkableSurface, at: Ints, allowed: Floats
 ) -> tuple[Ints, int]:
     """Flips each edge whose flip raises the sum of the qualities of the two triangles and does not lower the smaller quality
     [lawson1977].
@@ -216,11 +214,11 @@ def flip_towards_quality(
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
     for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from the normal of an old or the
     other new triangle; if the new edge exists already; or if the middle or a quarter point of the edge or the centroid of a new
-    triangle would be farther from the surface than allowed. Edges without exactly two faces, or whose faces have opposite
-    orientations, stay.
+    triangle would be farther from the surface than `allowed` at one of the four vertices, or at one of the face below. Edges
+    without exactly two faces, or whose faces have opposite orientations, stay.
 
     (n,) `may` must be True at all four vertices of a flip. (n,) `at` has the face of the surface at each vertex, where walks to
-    the surface start. Returns the triangles and the number of flips.
+    the surface start. (n,) `allowed` are distances. Returns the triangles and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))
@@ -237,10 +235,10 @@ def flip_towards_quality(
 
 @compiled
 def _flip_pass(
-    points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: float
+    points: Floats, faces: Ints, across: Ints, valences: Longs, may: Bools, surface: WalkableSurface, at: Ints, near: Floats
 ) -> int:
-    """Flips the first suitable edge of each face in place; returns the number of flips. `near` is a squared distance."""
-    count = 0
+    """Flips the first suitable edge of each face in place; returns the number of flips. (n,) `near` are squared distances."""
+    count, least = 0, near.min() if near.size else 0.0
     for f in range(faces.shape[0]):
         for k in range(3):
             if across[f, k] < 0:
@@ -260,7 +258,9 @@ def _flip_pass(
                 x = u * points[c, 0] + v * points[d, 0] + w * points[end, 0]
                 y = u * points[c, 1] + v * points[d, 1] + w * points[end, 1]
                 z = u * points[c, 2] + v * points[d, 2] + w * points[end, 2]
-                if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
+                under, square = nearest_by_walk(surface, x, y, z, at[end], least)[3:]
+                i, j, m = surface.faces[under]
+                if square > min(near[a], near[b], near[c], near[d], near[i], near[j], near[m]):
                     far = True
                     break
             # If f's fan around c has not all faces at c, another fan at c may already have an edge to d.

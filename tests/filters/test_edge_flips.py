@@ -11,9 +11,9 @@ from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.fairing.tangential import flip_towards_quality, tangential_smoothing
 from pymeshfair.filters.geometry import WalkableSurface, mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.topology import border_edges, proper_faces
+from pymeshfair.filters.topology import border_edges, edges, proper_faces
 from tests.filters.test_tangential import hausdorff, quality, uneven_sphere
-from tests.meshes import AWKWARD, Bools, Floats, Ints, Mesh, grid, irregular_grid, rotation, sample
+from tests.meshes import AWKWARD, Bools, Floats, Ints, Mesh, cube, grid, irregular_grid, rotation, sample, subdivided
 
 #: what no flip changes
 TOPOLOGY = (
@@ -52,7 +52,7 @@ def wrong_diagonals() -> Mesh:
 def flip_edges(vertices: Floats, faces: Ints, *, allowed: float | None = None, may: Bools | None = None) -> Ints:
     """The triangles after all flips that leave them near themselves, by default within 5 % of the mean edge."""
     surface = WalkableSurface.of(vertices, faces)
-    near = 0.05 * mean_edge_length(vertices, faces) if allowed is None else allowed
+    near = np.full(len(vertices), 0.05 * mean_edge_length(vertices, faces) if allowed is None else allowed)
     free = np.ones(len(vertices), dtype=np.bool_) if may is None else may
     return flip_towards_quality(vertices, faces, free, surface, surface.first_faces(), near)[0]
 
@@ -93,6 +93,20 @@ def test_a_sharp_edge_is_kept_by_the_deviation() -> None:
     apart = float(np.linalg.norm(vertices[2] + vertices[3]) / 2)
     assert np.array_equal(flip_edges(vertices, faces, allowed=0.9 * apart), faces)
     assert not np.array_equal(flip_edges(vertices, faces, allowed=1.1 * apart), faces)
+
+
+def test_flips_keep_the_edges_of_a_box() -> None:
+    """The middles of edges and triangles stay within a fifth of the allowed distance of a box whose edges are sharp."""
+    vertices, faces = cube()
+    sides = np.array([1.0, 2.0, 3.0])
+    vertices = vertices * sides
+    for _ in range(3):
+        vertices, faces = subdivided(vertices, faces)
+    allowed = 0.5 * mean_edge_length(vertices, faces)
+    result, cells = tangential_smoothing(vertices, faces, flip_edges=True, max_deviation=allowed, iterations=5)
+    assert (np.sort(cells, axis=1) != np.sort(faces, axis=1)).any()
+    for middles in (result[edges(cells)].mean(axis=1), result[cells].mean(axis=1)):
+        assert np.minimum(middles, sides - middles).min(axis=1).max() <= 0.2 * allowed + 1e-12
 
 
 def test_an_edge_that_is_there_is_not_made_again() -> None:

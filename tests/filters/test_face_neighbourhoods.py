@@ -150,3 +150,5 @@ def test_unknown_neighbourhoods_are_refused() -> None:
     for kind in ("radius", "geodesic"):
         with pytest.raises(FilterInputError, match="radius"):
             face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), kind)
+        with pytest.raises(FilterInputError, match=r"^give the centres of the faces$"):
+            face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), kind, radius=1.0)

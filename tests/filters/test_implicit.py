@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -374,10 +375,12 @@ def test_limbs_keep_their_thickness() -> None:
     assert change[1][0] < 0.02
 
 
-def test_dimensions_of_a_cloud_are_refused() -> None:
-    """A point cloud has no triangles and so no normals to give anything back along."""
-    with pytest.raises(FilterInputError, match="keep_dimensions needs triangles"):
-        implicit_fairing(icosphere(1)[0], np.empty((0, 3), int), operator="robust", time_step=0.1, keep_dimensions=True)
+@pytest.mark.parametrize("name", ["keep_dimensions", "preserve_volume"])
+def test_dimensions_and_volume_of_a_cloud_are_refused(name: str) -> None:
+    """A point cloud has no triangles, so no normals to give anything back along, and no volume."""
+    options: dict[str, Any] = {"operator": "robust", name: True}
+    with pytest.raises(FilterInputError, match=f"{name} needs triangles"):
+        implicit_fairing(icosphere(1)[0], np.empty((0, 3), int), time_step=0.1, **options)
 
 
 def test_a_neck_does_not_pinch_off_under_the_conformalized_flow() -> None:
@@ -574,7 +577,7 @@ def test_a_point_cloud() -> None:
     smooth = implicit_fairing(points, none, operator="robust", time_step=0.003)
     inside = (np.abs(points[:, :2] - 0.5) < 0.4).all(axis=1)
     assert smooth[inside, 2].std() < 0.4 * points[inside, 2].std()
-    with pytest.raises(FilterInputError, match="needs triangles"):
+    with pytest.raises(FilterInputError, match="operator 'cotangent' needs triangles and there are none; for a point cloud take"):
         implicit_fairing(points, none, time_step=0.003)
 
 

@@ -125,13 +125,14 @@ def test_numbers_of_known_surfaces(mesh: Mesh, characteristic: int, borders: int
 
 
 def test_mean_edge_length_counts_every_edge_once() -> None:
-    """The triangle of sides 3, 4, 5 has mean 4, two of them side by side too, and given edges are taken as they are."""
+    """The triangle of sides 3, 4, 5 has mean 4, two of them side by side too; an edge from a vertex to itself does not count."""
     vertices, faces = single_triangle()
     assert mean_edge_length(vertices, faces) == 4.0
     mirrored = np.concatenate([vertices, [[3.0, 4.0, 0.0]]])
     both = np.array([[0, 1, 2], [1, 3, 2]])
     assert mean_edge_length(mirrored, both) == pytest.approx((3 + 4 + 5 + 3 + 4) / 5, rel=1e-15)
     assert mean_edge_length(vertices, np.array([[0, 1]], dtype=np.int32)) == 3.0
+    assert mean_edge_length(vertices, np.array([[0, 1], [1, 1], [1, 0], [2, 0], [0, 1]], dtype=np.int32)) == 3.5
     assert mean_edge_length(vertices, faces[:0]) == 0.0
 
 

@@ -12,6 +12,7 @@ from matplotlib.image import imsave
 
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
+from pymeshfair.mesh_data import MeshData, apply_edit
 from pymeshfair.meshset import MeshSet
 from pymeshfair.write_back import Workbench, attributes, write_edit, writing
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
@@ -191,9 +192,8 @@ def test_an_island_of_new_vertices_takes_after_the_nearest_old_one() -> None:
     assert meshes.current_mesh().vertex_scalar_array().tolist() == [0, 1, 2, 2, 1, 0]
 
 
-@pytest.mark.parametrize("wide", [1, 2])
-def test_of_several_textures_new_faces_take_the_one_that_most_of_the_rim_has(wide: int, tmp_path: Path) -> None:
-    """Of two strips of unlike texture side by side, the one where more vertices of the new faces lie gives its own."""
+def two_strips(folder: Path) -> MeshSet:
+    """Three rows of four vertices; the strip between the first two rows has the texture 0, the other one the texture 1."""
     lines = ["mtllib two.mtl"]
     lines += [f"v {x} {y} 0" for y in range(3) for x in range(4)]
     lines += ["vt 0.25 0.25", "vt 0.5 0.25", "vt 0.5 0.5"]
@@ -202,20 +202,55 @@ def test_of_several_textures_new_faces_take_the_one_that_most_of_the_rim_has(wid
         for x in range(3):
             corner = 4 * strip + x + 1
             lines += [f"f {corner}/1 {corner + 1}/2 {corner + 5}/3", f"f {corner}/1 {corner + 5}/2 {corner + 4}/3"]
-    (tmp_path / "two.obj").write_text("\n".join(lines))
-    (tmp_path / "two.mtl").write_text("newmtl m0\nmap_Kd a.png\nnewmtl m1\nmap_Kd b.png\n")
+    (folder / "two.obj").write_text("\n".join(lines))
+    (folder / "two.mtl").write_text("newmtl m0\nmap_Kd a.png\nnewmtl m1\nmap_Kd b.png\n")
     image = MeshSet()
     image.load_new_mesh(sample("bunny10k_textured.obj"))
     for name in ("a.png", "b.png"):
-        next(iter(image.current_mesh().textures().values())).save(str(tmp_path / name))
+        next(iter(image.current_mesh().textures().values())).save(str(folder / name))
     meshes = MeshSet()
-    meshes.load_new_mesh(str(tmp_path / "two.obj"))
+    meshes.load_new_mesh(str(folder / "two.obj"))
     assert meshes.current_mesh().texture_number() == 2
+    return meshes
+
+
+@pytest.mark.parametrize("wide", [1, 2])
+def test_of_several_textures_new_faces_take_the_one_that_most_of_the_rim_has(wide: int, tmp_path: Path) -> None:
+    """Of two strips of unlike texture side by side, the one where more vertices of the new faces lie gives its own."""
+    meshes = two_strips(tmp_path)
     top = [8, 9, 10, 11]
     added_faces = np.array([[0, 1, 8], [2, 3, 1]] if wide == 1 else [[*top[:3]], [9, 11, 1]], dtype=np.int32)
     meshes.apply_step(give_back(Edit(added_faces=added_faces)))
     meshes.compute_scalar_by_function_per_face(q="ti")
     assert meshes.current_mesh().face_scalar_array().tolist() == [0] * 6 + [1] * 6 + [wide - 1] * 2
+
+
+def test_each_connected_part_of_new_faces_takes_texture_and_scalars_from_its_own_rim(tmp_path: Path) -> None:
+    """Of two strips of unlike texture, each gives its own to the faces that touch it, even where the other strip is nearer."""
+    meshes = two_strips(tmp_path)
+    meshes.compute_scalar_by_function_per_vertex(q="y")
+    meshes.compute_scalar_by_function_per_face(q="ti")
+    added = Edit(
+        added_vertices=np.array([[1.0, 3.0, 1.0], [1.0, -1.0, 1.0]]),  # beyond the other strip
+        added_faces=np.array([[0, 1, 12], [8, 9, 13], [1, 2, 12]], dtype=np.int32),
+        face_selection=np.arange(15) == 13,
+    )
+    meshes.apply_step(give_back(added))
+    mesh = meshes.current_mesh()
+    assert mesh.face_matrix()[12:].tolist() == [[0, 1, 12], [1, 2, 12], [8, 9, 13]], "faces of one texture come together"
+    assert mesh.face_selection_array()[12:].tolist() == [False, False, True]
+    assert mesh.face_scalar_array()[12:].tolist() == [0, 0, 1]
+    assert mesh.vertex_scalar_array()[12:].tolist() == [0, 2]
+    meshes.compute_scalar_by_function_per_face(q="ti")
+    assert mesh.face_scalar_array()[12:].tolist() == [0, 0, 1]
+    of_faces = {
+        "texture": np.repeat([0, 1], 6),
+        "wedge_texture_coordinates": mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)[:12],
+    }
+    edited = apply_edit(
+        MeshData(vertices=mesh.vertex_matrix()[:12], faces=mesh.face_matrix()[:12], face_attributes=of_faces), added
+    )
+    assert edited.face_attributes["texture"][12:].tolist() == [0, 1, 0]
 
 
 def test_polygons_stay_where_there_is_a_triangle(tmp_path: Path) -> None:

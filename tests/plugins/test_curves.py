@@ -42,6 +42,16 @@ def mesh_set(vertices: Any, edges: Any) -> pymeshfair.MeshSet:
     return meshes
 
 
+def test_edges_that_count_for_nothing_change_no_result() -> None:
+    """With every vertex joined to itself and every second edge doubled, a ring is smoothed by the same size, to the bit."""
+    vertices, edges = wavy_ring()
+    loops = np.repeat(np.arange(60, dtype=np.int32)[:, None], 2, axis=1)
+    plain, more = mesh_set(vertices, edges), mesh_set(vertices, np.concatenate([edges, loops, edges[::2, ::-1]]))
+    for meshes in (plain, more):
+        meshes.apply_coord_curve_smoothing()
+    np.testing.assert_array_equal(more.current_mesh().vertex_matrix(), plain.current_mesh().vertex_matrix())
+
+
 @pytest.mark.parametrize(
     ("values", "expected"),
     [

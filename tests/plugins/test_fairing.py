@@ -110,6 +110,22 @@ def test_borders_stay_and_a_note_says_so() -> None:
     assert notes == ["24 of the 108 selected vertices lie on an open border or have no triangle, and stay."]
 
 
+def test_vertices_of_triangles_at_a_border_are_not_remade_and_a_note_says_so() -> None:
+    """Of a selection that reaches an open border all vertices of triangles that touch it stay, more than those on it."""
+    vertices, faces = noisy(tube(24, 12), 0.02)
+    meshes = mesh_set((vertices, faces))
+    notes: list[str] = []
+    meshes.on_note = notes.append
+    chosen = select(meshes, "z > 1 && x > 0")
+    meshes.apply_filter(REGION, remesh=True)
+    border = border_vertices(faces, len(vertices))
+    touching = np.isin(np.arange(len(vertices)), faces[border[faces].any(axis=1)])
+    count, selected = int((chosen & touching).sum()), int(chosen.sum())
+    assert count > (chosen & border).sum()
+    reason = "have a triangle that touches an open border, or none"
+    assert notes == [f"{count} of the {selected} selected vertices {reason}, and stay."]
+
+
 def test_more_iterations_come_nearer_to_the_soap_film() -> None:
     """Between two rings a membrane's area falls with every repetition and its neck tends to that of the catenoid."""
     around, height = 96, 0.5

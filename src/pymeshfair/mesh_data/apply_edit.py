@@ -14,6 +14,7 @@ from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
 from ..filters.libraries import spatial
 from ..filters.mesh import mask_of
+from ..filters.topology import connected_components
 from .mesh_data import MeshData, read_pixels, sampled, source_ids
 
 _WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
@@ -103,7 +104,7 @@ def removes(edit: Edit) -> bool:
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
     """Returns the mesh after a checked edit, without its new layers; `Edit` describes the attributes of added elements."""
     if adds(edit):
-        mesh = with_additions(mesh, edit, texture_donors(mesh, edit.added_faces))
+        mesh = with_additions(mesh, edit)
     if edit.vertices is not None:
         mesh = moved(mesh, np.concatenate([edit.vertices, mesh.vertices[len(edit.vertices) :]]))
     for element in ("vertex", "face"):
@@ -159,26 +160,20 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
         )
 
 
-def texture_donors(mesh: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) texture donors: the faces of the texture that touches added faces most; all if no face has coordinates."""
-    everywhere = np.ones(len(mesh.faces), np.bool_)
-    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
-    if wedges is None:
-        return everywhere
-    finite = np.isfinite(wedges).all(axis=(1, 2))
-    numbers = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
-    candidates = [finite & (numbers == number) for number in np.unique(numbers)]
-    added_vertices = np.unique(np.empty(0, np.int32) if added_faces is None else added_faces)
-    best = max(candidates, key=lambda mask: int(np.isin(added_vertices, mesh.faces[mask]).sum()) + bool(mask.any()))
-    return best if best.any() else everywhere
+def texture_donors(mesh: MeshData) -> Bools:
+    """Returns (m,) which faces have texture coordinates; all if none has."""
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates", np.zeros((len(mesh.faces), 3, 2)))
+    donors = np.asarray(np.isfinite(wedges).all(axis=(1, 2)))
+    return donors if donors.any() else ~donors
 
 
-def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
-    """Returns the mesh with added vertices and faces; only faces in the mask `may_donate` give them scalars and textures."""
+def with_additions(mesh: MeshData, edit: Edit) -> MeshData:
+    """Returns the mesh with added vertices and faces; only `texture_donors` give them scalars and textures."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])
-    of_vertices, of_faces = _find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_donate)
+    may_donate, textures = texture_donors(mesh), mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), np.int32))
+    of_vertices, of_faces = _find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_donate, textures)
 
     vertex: dict[str, NDArray[Any]] = {}
     for name, values in mesh.vertex_attributes.items():
@@ -199,10 +194,11 @@ def with_additions(mesh: MeshData, edit: Edit, may_donate: Bools) -> MeshData:
         elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[of_faces]])
         elif name == "wedge_texture_coordinates":
-            numbers = mesh.face_attributes.get("texture")
-            number = 0 if numbers is None or not len(of_faces) else int(numbers[of_faces[0]])
-            image = read_pixels(mesh.textures[number]) if 0 <= number < len(mesh.textures) else None
-            coordinates = _continued_texture(image, values, mesh.faces, added_faces, may_donate, of_faces)
+            coordinates = np.empty((len(added_faces), 2))
+            for number in np.unique(textures[of_faces]):
+                image = read_pixels(mesh.textures[number]) if 0 <= number < len(mesh.textures) else None
+                donors, here = may_donate & (textures == number), textures[of_faces] == number
+                coordinates[here] = _continued_texture(image, values, mesh.faces, added_faces[here], donors, of_faces[here])
             face[name] = np.concatenate([values, np.repeat(coordinates[:, None], 3, axis=1)])
         elif name != "normals":
             face[name] = _extended(values, len(added_faces), -1 if name == "polygon" else 0)
@@ -222,24 +218,34 @@ def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
 
 
 def _find_donors(
-    points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools
+    points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools, textures: Ints
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the rim vertex nearest to each added vertex, and (b,) a face at the rim vertex nearest to each added face.
 
-    The rim has the vertices of the faces in the (m,) mask `may_donate`: those that added faces use, or all if added faces use
-    none. The place of an added face is its centroid. The first `old` points are those of the mesh without additions.
+    Connected added faces are a patch. Of the (m,) `textures` of old faces it gets the one whose donors touch it at most vertices.
+    The rim of a texture has the old vertices where these patches touch its donors. A patch that touches no donor, and a vertex
+    without faces, take the nearest donor. An added face lies at its centroid. The first `old` points are those of the old mesh.
     """
-    donor_faces = np.flatnonzero(may_donate)
-    donor_vertices, first = np.unique(faces[donor_faces], return_index=True)  # the first corner at each vertex
-    rim = np.isin(donor_vertices, added_faces[added_faces < old])
-    if rim.any():
-        donor_vertices, first = donor_vertices[rim], first[rim]
+    patches, count = connected_components(added_faces, len(points))
+    numbers, kinds = np.unique(textures, return_inverse=True)
+    corners = np.flatnonzero(np.repeat(may_donate, 3))
+    pairs, first = np.unique(faces.ravel()[corners] * np.int64(len(numbers)) + kinds[corners // 3], return_index=True)
+    vertices, kind = np.divmod(pairs, len(numbers))
+    touched = np.zeros((count + 1, len(numbers)), np.int64)  # the last row is that of vertices without a patch, of number -1
+    np.add.at(touched, (patches[vertices], kind), 1)
+    touched[-1] = 0
+    kind_at = np.where(touched.any(axis=1), touched.argmax(axis=1), -1)[patches]
     # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
     points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
-    tree = spatial.cKDTree(points[donor_vertices])
-    _, near_vertex = tree.query(points[old:])
-    _, near_face = tree.query(points[added_faces].mean(axis=1))
-    return donor_vertices[near_vertex], donor_faces[first[near_face] // 3]
+    places = np.concatenate([points[old:], points[added_faces].mean(axis=1)])
+    wanted = np.concatenate([kind_at[old:], kind_at[added_faces[:, 0]]])
+    nearest = np.empty(len(places), np.intp)
+    for number in np.unique(wanted):
+        rim = np.flatnonzero((number < 0) | ((kind == number) & (kind_at[vertices] == number)))
+        _, row = spatial.cKDTree(points[vertices[rim]]).query(places[wanted == number])
+        nearest[wanted == number] = rim[row]
+    of_vertices, of_faces = np.split(nearest, [len(points) - old])
+    return vertices[of_vertices], corners[first[of_faces]] // 3
 
 
 def _continued_texture(

@@ -967,7 +967,8 @@ class FilterMethods(metaclass=LateMethods):
                 further. Takes a whole number from 1 to 10000.
             flow: For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step;
                 'conformalized' updates only the areas, so that thin parts do not pinch off.
-            preserve_volume: Rescale every closed component about its centroid so that it keeps its volume.
+            preserve_volume: Rescale every closed component about its centroid so that it keeps its volume, if all of its
+                vertices may move. Not for point clouds.
             keep_dimensions: Undo the motion along the normals as far as neighbours move alike: limbs keep their thickness and
                 the shape keeps its size, on open surfaces too. Not for point clouds.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only

@@ -1,8 +1,8 @@
 """Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly."""
 
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..declaration import Bools, Edit, Floats, Ints, NewLayer
+from ..declaration import Bools, Edit, Floats, NewLayer
 from ..errors import MeshError
 from ..mesh_data import MeshData, Texture, adds
 from ..mesh_data.apply_edit import check_deletable, removes, texture_donors, with_additions
@@ -90,11 +90,9 @@ class _Before:
 
     def _put_back_wedges(self, bench: Workbench, mesh: Any) -> None:
         assert self._wedges is not None
-        differ = (wedges_of(mesh) != self._wedges) & ~np.isnan(self._wedges)
-        for face in np.flatnonzero(differ.any(axis=(1, 2))):
-            with suppress(*_FAILURES):
-                write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), int(face))
-        check_taken(mesh, wedges_of(mesh), self._wedges, "texture coordinates")
+        is_same = np.isclose(wedges_of(mesh), self._wedges, rtol=0.0, atol=0.0, equal_nan=True).all(axis=(1, 2))
+        if not is_same.all():
+            write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), np.flatnonzero(~is_same))
 
 
 def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
@@ -169,28 +167,37 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     """
     check_growable(mesh)
     check_names(bench, mesh)
-    before = _as_data(mesh)
-    n, faces, wedges = len(before.vertices), before.faces, before.face_attributes.get("wedge_texture_coordinates")
-    may_donate = _textured(bench, mesh, before, edit.added_faces)
-    enlarged = with_additions(before, edit, may_donate)
+    before, wedges = _as_data(bench, mesh), wedges_of(mesh)
+    n, faces = len(before.vertices), before.faces
+    enlarged, may_donate = with_additions(before, edit), texture_donors(before)
     remaining: dict[str, Any] = {"vertices": enlarged.vertices, "added_vertices": None, "added_faces": None}
     for element, attributes in zip(ELEMENTS, (enlarged.vertex_attributes, enlarged.face_attributes), strict=True):
         for name in ("selection", "scalars", "colors"):
             if name in attributes and getattr(edit, f"{element}_{name}") is None:
                 remaining[f"{element}_{name}"] = attributes[name] / 255.0 if name == "colors" else attributes[name]
 
-    seed, triangulated = grow(bench, mesh, len(enlarged.vertices) - n, enlarged.faces[len(faces) :], may_donate)
+    # MeshLab gives new faces the texture of the face that they grow from. So the faces of one texture grow together.
+    of_old, of_new = np.split(enlarged.face_attributes.get("texture", np.zeros(len(enlarged.faces), np.int32)), [len(faces)])
+    order = np.append(np.arange(len(faces)), len(faces) + np.argsort(of_new, kind="stable"))
+    grown = []
+    for number in np.unique(of_new) if len(of_new) else of_old[may_donate][:1]:
+        vertices, added = len(enlarged.vertices) - mesh.vertex_number(), enlarged.faces[len(faces) :][of_new == number]
+        grown.append(grow(bench, mesh, vertices, added, may_donate & (of_old == number)))
+    seeds, triangulated = zip(*grown, strict=True)
     clear_beyond(bench, mesh, "vertex", n)
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        write_wedge_uv(bench, mesh, wedges, enlarged.face_attributes["wedge_texture_coordinates"][len(faces) :, 0], seed)
+        uv = enlarged.face_attributes["wedge_texture_coordinates"][order[len(faces) :], 0]
+        write_wedge_uv(bench, mesh, wedges, uv, seeds)
     if (uv := enlarged.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
-    notes = ("the mesh had polygons and no triangle; now it has only triangles",) if triangulated else ()
-    return replace(edit, **remaining), notes
+    notes = ("the mesh had polygons and no triangle; now it has only triangles",) if any(triangulated) else ()
+    edit = replace(edit, **remaining)
+    of_faces = {k: v[order] for k, v in vars(edit).items() if v is not None and (k == "delete_faces" or k.startswith("face_"))}
+    return replace(edit, **of_faces), notes
 
 
-def _as_data(mesh: Any) -> MeshData:
+def _as_data(bench: Workbench, mesh: Any) -> MeshData:
     """Reads the layer and the attributes that determine the attributes of added elements."""
     vertices, faces = read_array(mesh, "vertices"), read_array(mesh, "faces")
     of = {e: {"selection": read_array(mesh, f"{e}_selection"), **attributes_of(mesh, e)} for e in ("vertex", "face")}
@@ -201,24 +208,16 @@ def _as_data(mesh: Any) -> MeshData:
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
+    if wedges is not None and mesh.texture_number() > 1:
+        numbers = of["face"]["texture"] = np.full(len(faces), -1, np.int32)
+        for number in range(mesh.texture_number()):
+            bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={number}")
+            numbers[read_array(mesh, "face_selection")] = number
+        # Faces without an image are no donors.
+        of["face"]["wedge_texture_coordinates"] = np.where(numbers[:, None, None] < 0, np.nan, wedges)
     if mesh.has_vertex_tex_coord():
         of["vertex"]["texture_coordinates"] = mesh.vertex_tex_coord_matrix()
     return MeshData(vertices=vertices, faces=faces, vertex_attributes=of["vertex"], face_attributes=of["face"], textures=textures)
-
-
-def _textured(bench: Workbench, mesh: Any, before: MeshData, added_faces: Ints | None) -> Bools:
-    """Returns (m,) the `texture_donors`; if there are several textures, MeshLab is asked for the texture of each face."""
-    if mesh.texture_number() < 2 or "wedge_texture_coordinates" not in before.face_attributes:
-        return texture_donors(before, added_faces)
-    texture_indices = np.full(len(before.faces), -1, np.int32)
-    for index in range(mesh.texture_number()):
-        bench.apply("compute_selection_by_condition_per_face", condselect=f"ti=={index}")
-        texture_indices[read_array(mesh, "face_selection")] = index
-    wedges = before.face_attributes["wedge_texture_coordinates"]
-    wedges = np.where(texture_indices[:, None, None] < 0, np.nan, wedges)  # faces without an image are no donors
-    return texture_donors(
-        before.with_attributes(face={"wedge_texture_coordinates": wedges, "texture": texture_indices}), added_faces
-    )
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
@@ -241,15 +240,16 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
     check_taken(mesh, mesh.vertex_tex_coord_matrix(), uv, "texture coordinates")
 
 
-def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
-    """Sets (a, 2) `uv` at all corners of the added faces, and restores the (m, 3, 2) `wedges` at the face `seed`, see `grow`."""
+def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seeds: Iterable[int]) -> None:
+    """Sets (a, 2) `uv` at all corners of the added faces, and restores the (m, 3, 2) `wedges` at the `seeds` of `grow`."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])
-    bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={old}||fi=={seed}")
+    chosen = "||".join([f"fi>={old}", *(f"fi=={seed}" for seed in seeds)])
+    bench.apply("compute_selection_by_condition_per_face", condselect=chosen)
     u, v = bring_in(bench, mesh, "face", list(columns.T))
-    seed_uv = np.where(np.isfinite(wedges[seed]), wedges[seed], 0.0)
+    finite = np.where(np.isfinite(wedges), wedges, 0.0)
     expressions = {
-        f"{axis}{corner}": f"fi=={seed}?{float(seed_uv[corner, column])!r}:{name}"
+        f"{axis}{corner}": "".join(f"fi=={seed}?{float(finite[seed, corner, column])!r}:" for seed in seeds) + name
         for corner in range(3)
         for column, (axis, name) in enumerate((("u", u), ("v", v)))
     }
