@@ -95,8 +95,10 @@ def setting_by_balls(
     The setting of `choice`, by held-out vertices, leaves shared noise. It shows if three things hold: that setting predicts balls
     worse by more than two standard errors; it leaves more than seven times the median angle between adjacent faces, as on parts
     of planes and cylinders; and what it leaves is even: its highest and lowest levels differ by less than 1.2 times as much as
-    those of white noise smoothed twice.
+    those of white noise smoothed twice. Most vertices must count as evidence, which those near borders do not.
     """
+    if np.mean(scan.scored) <= 0.5:
+        return None
 
     def result(setting: Setting, points: Floats) -> Floats:
         return setting.apply(points, scan.faces, border=border, movable=scan.movable)

@@ -22,7 +22,7 @@ from pymeshfair.mesh_data import MeshData
 from pymeshfair.report.comparison_page import _title
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
-from pymeshfair.running.guarding import _fault
+from pymeshfair.running.guarding import _faults
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP
@@ -216,6 +216,7 @@ def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> Non
 
 def test_a_mark_without_a_vertex_names_the_kind_of_fault() -> None:
     """A fault for printing is many edges or faces, and its mark says which; a limit of movement names its vertex."""
-    fault = asdict(_fault("border edges", 2, np.eye(3), np.array([[0, 1], [1, 2]], np.int32)))
+    (breach,) = _faults("border edges", np.eye(3), np.array([[0, 1], [1, 2]], np.int32))
+    fault = asdict(breach)
     assert _title(fault) == "the written file has 2 border edges"
     assert _title({"guard": "max_displacement", "vertex": 7, "message": ""}) == "max_displacement, vertex 7"
