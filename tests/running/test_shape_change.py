@@ -71,7 +71,7 @@ def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
 def test_the_step_that_smoothed_first_is_to_do_less() -> None:
     """clean_range_map removes noise by itself, and waves of detail_size only if that is set."""
     script = load_recipe("clean_range_map").script
-    assert milder(script.steps) == "a smaller value of outer_iterations"
+    assert milder(script.steps) == "a smaller value of outer_iterations than 'auto' takes"
     assert milder(override(script, ("detail_size=6edge",)).steps) == "a smaller value of detail_size"
 
 
