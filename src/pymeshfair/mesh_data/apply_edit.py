@@ -224,7 +224,7 @@ def _find_donors(
 
     Donors are the old faces in the (m,) mask `may_donate`. A patch, of connected added faces, gets the one of the (m,) `textures`
     whose donors share the most vertices with it. These vertices, for all patches of a texture, are its rim. For a patch without
-    them, or a vertex without faces, all vertices of donors are. A face lies at its centroid. The first `old` points are old.
+    them, or a vertex without faces, the rim has all donor vertices. A face lies at its centroid. The first `old` points are old.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)
