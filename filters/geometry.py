@@ -127,12 +127,12 @@ def side_lengths(loop: Floats) -> Floats:
 
 
 def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
-    """The mean length of the edges between different vertices, each counted once, in mesh units; 0 if there are none."""
+    """The mean length of the edges of faces, or of (e, 2) edges, in mesh units; no loops, each edge once. 0 if there are none."""
     if faces_or_edges.shape[1] == 3:
         pairs = edges(faces_or_edges)
     else:
         pairs = np.sort(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], axis=1)
-        pairs = pairs[np.sort(np.unique(pairs @ np.array([1 << 32, 1]), return_index=True)[1])]
+        pairs = pairs[np.sort(np.unique(pairs @ np.array([1 << 32, 1]), return_index=True)[1])]  # keeps the order, for the bits
     if len(pairs) == 0:
         return 0.0
     return float(edge_lengths(vertices, pairs).mean())

@@ -12,12 +12,12 @@ _LEAST_PIVOT = 1e-4
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """Fits a quadric to weighted heights; returns its value at 0, and this value's standard deviation for heights of deviation 1.
+    """Fits a quadric to weighted heights; returns its value at u = v = 0, and its standard deviation if each height has 1.
 
     It fits a plane to fewer than eight samples or to samples on a conic. If the plane fails too, it takes the mean.
 
     Args:
-        samples: (4, at least `count`) coordinates u and v, of a size around 1, heights, and weights above 0.
+        samples: (4, at least `count`) rows: coordinates u and v, of a size around 1; heights; weights above 0.
         count: number of samples; without samples the value is 0.
         most: the largest standard deviation of the value; above it a plane replaces a quadric, and the mean a plane.
         work: (9, 6) scratch array.
@@ -81,8 +81,8 @@ def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
 
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Returns two perpendicular unit tangents of a normal; 0 for the normal 0."""
-    # The first tangent is perpendicular to the coordinate axis that is farthest from the normal.
+    """Returns two unit vectors, perpendicular to each other and to a unit normal; zeros for the normal 0."""
+    # The first tangent is also perpendicular to the coordinate axis with the largest angle to the normal.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y
     elif abs(y) <= abs(z):

@@ -40,7 +40,7 @@ def explicit_smoothing(
 ) -> Floats:
     """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
-    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink, but not by `taubin_fairing`.
+    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; by `taubin_fairing` they do not.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -289,10 +289,10 @@ def remove_spikes(
     """Moves the tips of spikes to the mean m of their neighbours.
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
-    |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. The apex of a cone
-    is no tip: if it were moved to m, its faces would bend more against the faces around them. All tips move at once; this
-    repeats until no tip is left, at most ten times. A pyramid over a regular polygon has the steepness height / radius: k = 1.5
-    is a tip with an angle of 67 degrees between opposite edges.
+    |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. It is no
+    tip if a move to m raises the sum of the angles between its faces and those across their opposite edges, as at the apex of a
+    cone. All tips move at once; this repeats until none is left, at most ten times. A pyramid over a regular polygon has the
+    steepness height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -9,7 +9,7 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-#: rings of a ball around a held-out vertex: noise averaged up to four times over one-rings hardly reaches further
+#: rings of a ball around a vertex: noise averaged up to four times over one-rings is hardly shared with vertices outside
 BALL = 2
 # A random number is the fractional part of a length at a vertex times (multiple + step * k); k: number of a mask, or seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
@@ -38,10 +38,10 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices that are middles of balls. Balls of a set do not touch.
+    """Returns up to `masks` random sets of `scored` vertices, the middles of balls. The balls of one set do not touch.
 
-    A ball is a vertex with its two rings. Random numbers are those of `held_out_vertices`; a middle has the least number within
-    five edges.
+    A ball is a vertex with its two rings. Random numbers of vertices are made as in `held_out_vertices`; a middle has the least
+    number within five edges.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T

@@ -92,7 +92,7 @@ class Layer(Protocol):
     def diagonal(self) -> float: ...  # of the bounding box, in mesh units
     @property
     def mean_edge(self) -> float: ...  # mean edge length; of a cloud the mean distance to the nearest neighbour
-    def without_matrix(self) -> Layer: ...  # with the matrix applied to the coordinates
+    def without_matrix(self) -> Layer: ...  # the layer with its matrix applied to its coordinates
 
     def selected_vertices(self) -> Bools:
         """The selected vertices; if there are none, the vertices whose triangles are all selected.
@@ -126,8 +126,8 @@ class Edit:
 
     An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from the nearest
     old element, and colours are a blend of the colours around. All corners of an added face get one texture coordinate, where the
-    image has about the blended colour. Of several textures, connected added faces get the one that touches them most. Added
-    elements are not selected, custom attributes are 0, normals follow from coordinates.
+    image has about the blended colour. Of several textures, connected added faces get the one that they touch at the most
+    vertices. Added elements are not selected, custom attributes are 0, normals follow from coordinates.
 
     Side effects in MeshLab: added elements turn a mesh of polygons without triangles into a triangle mesh. If only face corners
     have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its faces white. Added

@@ -30,7 +30,7 @@ class MadeFrom:
     input: Path
     recipe: str  # the SHA-256 digest of the recipe
     others: tuple[Path, ...] = ()  # the files of further layers
-    unit: str | None = None  # the unit that the run was given
+    unit: str | None = None  # the unit that the user gave
 
     def differs(self, record: Mapping[str, Any] | None) -> str | None:
         """Returns why a provenance record is not from a run with these sources, or None if it is."""
@@ -66,7 +66,7 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_fo
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
-    """Refuses files of an intervention map (it shows a run's changes) as `check_output` does, and the run's input and output."""
+    """Refuses maps of a run's changes as `check_output` does; the run's input and output cannot be maps."""
     for path in maps:
         check_kind(path, ("ply",))
         if path == output or same_file(path, made_from.input):

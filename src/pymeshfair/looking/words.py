@@ -165,7 +165,7 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
     if result.same_surface:
         text = "Both meshes are the same surface: no place of one lies further than a rounding error from the other."
     elif result.hausdorff.mesh_units <= result.rounding:
-        text = f"No difference between the surfaces at {after.samples + before.samples:,} samples of their faces."
+        text = f"No difference between the surfaces at {after.samples + before.samples:,} samples."
     elif before.rms.mesh_units > 2.0 * after.rms.mesh_units:
         text = (
             f"BEFORE lies {_in_edges(before.rms, unit)} from AFTER (root mean square), and {_in_edges(before.largest, unit)} at "

@@ -102,7 +102,7 @@ def removes(edit: Edit) -> bool:
 
 
 def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
-    """Returns the mesh after a checked edit, without its new layers; `Edit` describes the attributes of added elements."""
+    """Returns the mesh after a checked edit, without the edit's new layers; `Edit` describes the attributes of added elements."""
     if adds(edit):
         mesh = with_additions(mesh, edit)
     if edit.vertices is not None:
@@ -161,14 +161,14 @@ def check_deletable(edit: Edit, edges: Ints, label: str) -> None:
 
 
 def texture_donors(mesh: MeshData) -> Bools:
-    """Returns (m,) which faces have texture coordinates; all if none has."""
+    """Returns the (m,) mask of faces that have texture coordinates; of all faces if none has."""
     wedges = mesh.face_attributes.get("wedge_texture_coordinates", np.zeros((len(mesh.faces), 3, 2)))
     donors = np.asarray(np.isfinite(wedges).all(axis=(1, 2)))
     return donors if donors.any() else ~donors
 
 
 def with_additions(mesh: MeshData, edit: Edit) -> MeshData:
-    """Returns the mesh with added vertices and faces; only `texture_donors` give them scalars and textures."""
+    """Returns the mesh with added vertices and faces; only the faces of `texture_donors` give them scalars and textures."""
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
     added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
     points = np.concatenate([mesh.vertices if edit.vertices is None else edit.vertices, added_vertices])
@@ -222,16 +222,16 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the rim vertex nearest to each added vertex, and (b,) a face at the rim vertex nearest to each added face.
 
-    Connected added faces are a patch. Of the (m,) `textures` of old faces it gets the one whose donors touch it at most vertices.
-    The rim of a texture has the old vertices where these patches touch its donors. A patch that touches no donor, and a vertex
-    without faces, take the nearest donor. An added face lies at its centroid. The first `old` points are those of the old mesh.
+    Donors are the old faces in the (m,) mask `may_donate`. A patch, of connected added faces, gets the one of the (m,) `textures`
+    whose donors share the most vertices with it. These vertices, for all patches of a texture, are its rim. For a patch without
+    them, or a vertex without faces, the rim has all donor vertices. A face lies at its centroid. The first `old` points are old.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)
     corners = np.flatnonzero(np.repeat(may_donate, 3))
     pairs, first = np.unique(faces.ravel()[corners] * np.int64(len(numbers)) + kinds[corners // 3], return_index=True)
     vertices, kind = np.divmod(pairs, len(numbers))
-    touched = np.zeros((count + 1, len(numbers)), np.int64)  # the last row is that of vertices without a patch, of number -1
+    touched = np.zeros((count + 1, len(numbers)), np.int64)  # the last row: vertices without a patch (number -1)
     np.add.at(touched, (patches[vertices], kind), 1)
     touched[-1] = 0
     kind_at = np.where(touched.any(axis=1), touched.argmax(axis=1), -1)[patches]

@@ -130,7 +130,7 @@ def serve(modules: Sequence[str]) -> None:
     while True:
         order = inbox.get()
         if order.memory_limit is not None and order.memory_limit < 10**9:
-            blas.dgemm  # noqa: B018 - loads OpenBLAS, which may wait for ever if its first buffer is above the limit
+            blas.dgemm  # noqa: B018 - loads OpenBLAS, which may hang if the limit refuses its first buffer
         this_system().limit_memory(order.memory_limit)
         done = answer(_call, order)
         with suppress(OSError):

@@ -217,9 +217,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
         azimuth, elevation = VIEWS[side]
         view = replace(look, azimuth=azimuth, elevation=elevation)
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
-        words = (
-            "orange where it is outside of the mesh before, blue where it is inside" if has_sides else "orange where it is far"
-        )
+        words = "orange outside of the mesh before, blue inside" if has_sides else "orange far from the cloud before"
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
     within = f", within {tolerance:.4g} {unit_name} pale green" if tolerance else ""
     bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
@@ -229,7 +227,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
     scale = figure_of(
         bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
         f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} {unit_name}{within}.",
-        f"The colours of distances: {'orange outwards, blue inwards' if has_sides else 'orange far'}{within}",
+        f"The colours of distances: {'orange outwards, blue inwards' if has_sides else 'orange far away'}{within}",
     )
     return [*figures, scale]
 

@@ -70,7 +70,7 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_tex
     vertex = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
     verb = "has moved by" if moved.same else "lies away from the input by"
     is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
-    digits = next(d for d in (6, 9, 17) if f"{moved.largest:.{d}g}" != f"{limit:.{d}g}")
+    digits = next(d for d in (6, 9, 17) if f"{moved.largest:.{d}g}" != f"{limit:.{d}g}")  # the texts must differ
     allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.{digits}g}{unit}"
     further = f"; {others:,} more vertices exceed it" if others else ""
     message = (

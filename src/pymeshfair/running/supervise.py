@@ -326,7 +326,7 @@ def _in_one_piece(pool: Pool, started: float, job: Job, stage: Path, items: Item
 
 
 def carry_out(job: Job, stage: Path) -> Report:
-    """Do the work in this process."""
+    """Does the work in this process."""
     from .session import Session
 
     return Session(job, stage, report_event).run()

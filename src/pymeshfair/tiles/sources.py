@@ -113,7 +113,7 @@ class PlyFile:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes the `count` vertices that `marks` keep, with new values of the properties in `added`, which get a real type."""
+        """Writes the `count` vertices that `marks` keep, with new values of `added` properties; integers become double."""
         whole = [p for p in self.vertices.element.properties if p.name in added and KINDS[p.type][0] != "f"]
         old = [replace(p, type="double") if p in whole else p for p in self.vertices.element.properties]
         new = [PlyProperty(name, "double") for name in added if name not in (self.vertices.dtype.names or ())]
@@ -212,13 +212,13 @@ class LasCloud:
                 yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes to another file the `count` points that `marks` keep, with new dimensions for the names in `added`."""
+        """Writes to another file the `count` points that `marks` keep, with new values of the dimensions in `added`."""
         import laspy
 
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
         for name in added:
-            if not is_declared(header, name, np.array([1 / 3])):  # a number that integers cannot hold
+            if not is_declared(header, name, np.array([1 / 3])):  # removes a dimension that cannot hold 1 / 3
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with opened(self.path) as reader, target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
