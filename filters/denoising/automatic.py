@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. If the coordinates are rounded, `setting_of_rounded` below needs the setting of steps 2 to 5 first.
+    # 1. Correlated noise. Except on depth maps, a choice by balls (step 4) takes precedence. Rounded coordinates come last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     correlated = AutomaticChoice("correlated", shared.chosen.label, noise, shared) if shared else None
     if correlated and correlated.setting != Setting() and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING:
@@ -94,7 +94,7 @@ def _cross_validated(
             # 5. In doubt the mesh stays as it is, unless it has outliers.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label
-        if is_even and scan.is_surface:
+        if is_even and scan.is_surface:  # what looks like noise is the surface itself
             setting, evidence = Setting(), None
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)

@@ -17,7 +17,7 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
 
     With order 1 every other vertex has the mean of its neighbours: K x = 0, (K x)_i = sum_j (x_i - x_j). By the maximum principle
     all values stay in the range of the fixed values of their component, so colours stay valid. With order 2 the values bend
-    least: they minimise |D^-1 K x|^2, where D has the numbers of neighbours, and slopes continue, too.
+    least: they minimise |D^-1 K x|^2, where D has the numbers of neighbours on its diagonal. Then slopes continue, too.
 
     Args:
         faces: (m, 3) triangles; vertices are neighbours if an edge joins them.

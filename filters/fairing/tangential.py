@@ -144,8 +144,8 @@ class TangentialEnergy:
 class KeptSurface:
     """The input surface, on which vertices stay, and the current triangles, which must not fold.
 
-    The middles of edges and the centroids of triangles stay near the input: within the least of the distances `allowed` at the
-    vertices of the triangle and of the input's face below. Vertex i lies on the input's face ``at[i]``.
+    The middles of edges and the centroids of triangles stay near the input: within the least `allowed` distance at the vertices
+    of the triangle and of the input's face below it. Vertex i lies on the input's face ``at[i]``.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
@@ -212,13 +212,13 @@ def flip_towards_quality(
     [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
-    for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from the normal of an old or the
-    other new triangle; if the new edge exists already; or if the middle or a quarter point of the edge or the centroid of a new
-    triangle would be farther from the surface than `allowed` at one of the four vertices, or at one of the face below. Edges
-    without exactly two faces, or whose faces have opposite orientations, stay.
+    for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from that of an old or of the
+    other new triangle, or if the new edge exists already. It is refused, too, if the middle or a quarter point of the edge or the
+    centroid of a new triangle would be farther from the surface than `allowed` at any of the four vertices or of the face below.
+    Edges without exactly two faces, or whose faces have opposite orientations, stay.
 
     (n,) `may` must be True at all four vertices of a flip. (n,) `at` has the face of the surface at each vertex, where walks to
-    the surface start. (n,) `allowed` are distances. Returns the triangles and the number of flips.
+    the surface start. (n,) `allowed` are distances, one per vertex. Returns the triangles and the number of flips.
     """
     flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))

@@ -89,9 +89,8 @@ def test_a_limit_is_in_the_unit_of_the_file_or_the_one_typed(
         assert f" {unit}, which is more than {said}" in done.stderr
         return
     assert document(done.stdout)["unit"] == unit
-    warning = (
-        f"warning: the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}: its numbers mean {typed}\n"
-    )
+    warning = f"warning: the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}"
+    warning += f": the scan's numbers mean {typed}\n"
     assert (warning in done.stderr) is bool(of_file and typed)
     record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
     assert record["measures"]["unit"] == unit
@@ -139,7 +138,7 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     options: list[str | Path] = ["-o", tmp_path / "typed.3mf", "--max-displacement", "1", "--unit"]
     typed = invoke("run", path, sphere("cm"), *options, "mm")
     assert typed.exit_code == 0, typed.stderr
-    assert "the file of the scan says cm, and --unit (unit= in Python) says mm: its numbers mean mm" in typed.stderr
+    assert "the file of the scan says cm, and --unit (unit= in Python) says mm: the scan's numbers mean mm" in typed.stderr
     again = invoke("run", path, tmp_path / "sphere_cm.3mf", *options, "in")
     assert (again.exit_code, "was made by another recipe, or with other settings" in again.stderr) == (1, True)
     with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):

@@ -236,7 +236,7 @@ def test_names_that_the_format_cannot_hold_are_changed(tmp_path: Path) -> None:
         "gr_e": 3.0,
         "quality_": 4.0,
     }
-    reason = "PLY has no blanks, no accents and no name twice"
+    reason = "names in PLY are unique ASCII without blanks"
     assert notes == (
         f"the attribute 'Pulse width' is written as 'Pulse_width': {reason}",
         f"the attribute 'Pulse_width' is written as 'Pulse_width_': {reason}",

@@ -30,7 +30,7 @@ def compare(
     align: Annotated[bool, Option("--align", help="First turn and move AFTER onto BEFORE.")] = False,
     deviations: Annotated[
         Path | None,
-        Option(metavar="OUT.csv|OUT.ply", help="Write the distance of each vertex of AFTER from BEFORE; - prints the table."),
+        Option(metavar="OUT.csv|OUT.ply", help="Write how far outwards from BEFORE each vertex of AFTER is; - prints the table."),
     ] = None,
     section: Annotated[
         list[str] | None, Option(metavar="AXIS=VALUE", help="A section for the report: z=12.5. Repeatable.")
@@ -76,7 +76,7 @@ def compare(
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
     for read in meshes:
         if len(read.mesh.edges) and not len(read.mesh.faces):
-            what = "it has edges and no faces: its vertices are compared, not its edges, so that equal curves may lie apart"
+            what = "it has edges and no faces: its vertices are compared, not its edges, so equal curves may have a distance"
             warnings.append(f"{read.path.name}: {what}")
     for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
         planes.remove(plane)

@@ -94,7 +94,7 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits; the mean displacement ``drift`` by `FILTER` is the noise if it is above twice ``noise``, as with impulses."""
+    """The traits; `FILTER`'s mean displacement ``drift`` counts as the noise if above twice ``noise``, as with impulses."""
     if values is None:
         return traits
     uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
@@ -171,7 +171,7 @@ def _summary(scan: Path, values: dict[str, Any], noise: float, ranked: float) ->
     if values["shape"] == "clean":
         surface = f"; what looks like noise of {noise:.2g} mean edges is the surface itself" if noise > 0.0 else ""
         return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
-    uneven = "" if ranked == noise else ", which counts as the noise in the ranking, since few vertices have most of it"
+    uneven = "" if ranked == noise else ", which counts as the noise in the ranking, since most noise is at few vertices"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
         f"vertices by {values['drift']:.2g} mean edges on average{uneven}; the choice is {_sureness(values)}"

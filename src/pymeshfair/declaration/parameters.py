@@ -100,8 +100,8 @@ def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") ->
 
 
 def doubts_of_typed_unit(typed: str | None, of_file: str | None) -> tuple[str, ...]:
-    """A warning if the user typed another unit than the file of the scan says."""
-    text = f"the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}: its numbers mean {typed}"
+    """A warning if the user typed another unit than the scan's file says; empty if not."""
+    text = f"the file of the scan says {of_file}, and --unit (unit= in Python) says {typed}: the scan's numbers mean {typed}"
     return (text,) if typed and of_file and typed != of_file else ()
 
 

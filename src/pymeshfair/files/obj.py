@@ -57,7 +57,7 @@ _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS: tuple[str, ...] = ("comments", "point elements", "parameter space vertices", "curves", "surfaces")
 _OTHERS += ("uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
-#: a comment with words; colours of ZBrush are none
+#: a comment that has more than number signs and blanks, except "#MRGB", the colours of ZBrush
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 #: the face attributes that an OBJ file holds
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
@@ -593,7 +593,7 @@ def _states_to_write(
 
 
 def _with_neighbours(faces: Ints, ids: Longs) -> Longs:
-    """Returns (m,) `ids` of faces in the file, where new faces have the id of an old face that they are connected to, if any."""
+    """Returns (m,) `ids` of faces in the file; a new face gets the id of an old face that it is connected to, else -1."""
     ids, of_vertices, before = ids.copy(), np.full(int(faces.max(initial=-1)) + 1, -1), -1
     while before != (before := len(new := np.flatnonzero(ids < 0))):
         of_vertices[faces[ids >= 0]] = ids[ids >= 0, None]

@@ -217,7 +217,7 @@ def _cast(values: Array, type_: str) -> Array:
 def _custom(
     attributes: Mapping[str, Array], standard: frozenset[str], other: Mapping[str, Column], table: Table | None, notes: list[str]
 ) -> dict[str, Array]:
-    """Returns the custom attributes by name of property, a new one where it is no name in PLY; a vector becomes one per axis."""
+    """Returns the custom attributes by property name; changes names that PLY forbids; a vector becomes a property per axis."""
     taken = {*other, *((*ply.COLOR, ply.ALPHA) if "colors" in attributes else ())}
     columns: dict[str, Array] = {}
     for name in (name for name in attributes if name not in standard):
@@ -228,7 +228,7 @@ def _custom(
             while new in taken or new in columns:
                 new += "_"
             if new != old:
-                notes.append(f"the attribute {old!r} is written as {new!r}: PLY has no blanks, no accents and no name twice")
+                notes.append(f"the attribute {old!r} is written as {new!r}: names in PLY are unique ASCII without blanks")
             if column.dtype.kind in "iu" and max(-int(column.min(initial=0)), int(column.max(initial=0))) > 2**53:
                 notes.append(f"the whole numbers of {new!r} are written as double, which rounds those above 2^53")
             columns[new] = column

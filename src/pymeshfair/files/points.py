@@ -28,7 +28,7 @@ _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: how many numbers a PTX point has: position and intensity, or position, intensity and colour
 _PLAIN, _COLOURED = 4, 7
-_ROUNDED = 1e-6  # the largest error of numbers that are written with six decimals
+_ROUNDED = 1e-6  # an upper bound of the error of numbers with six decimals
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def read_points(path: Path, references: References) -> Reading:
 
 
 def _separator(data: bytes) -> str:
-    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas. Comments do not count."""
+    """Returns the separator of numbers: a semicolon, a comma or a blank; refuses decimal commas, ignores comments."""
     data = re.sub(rb"#[^\r\n]*", b"", data) if b"#" in data else data
     if b";" in data:
         if b"," in data:
@@ -227,7 +227,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of a source with the same layout; else coordinates and normals, or in .pts intensity and colours."""
+    """Writes the source's columns if its layout fits; else coordinates with normals, or in .pts with intensity and colours."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"

@@ -1,6 +1,6 @@
 """Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-An existing file is replaced on request, or if a run with the same input, recipe, layers and unit wrote it, unchanged since.
+An existing file is replaced on request, or if it is unchanged since a run with the same input, recipe, layers and unit wrote it.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
 A power failure or a killed process may leave a staging folder behind. The next run that writes beside the folder removes it if
 no process holds the lock in the folder. On a system without locks users remove such folders.
@@ -34,7 +34,7 @@ _KINDS = (
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"  # the lock file in a staging folder, and in the folder of a run by tiles
-_GRACE = 3600.0  # seconds until a folder without a lock file counts as abandoned; it may be in creation or removal
+_GRACE = 3600.0  # seconds until a folder without a lock file counts as abandoned; before, it may be in creation or removal
 
 
 def check_place(path: Path, *, makes_folder: bool = False) -> bool:

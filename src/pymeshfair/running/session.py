@@ -92,7 +92,7 @@ class Session:
         self._steps = job.recipe.script.steps
         self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
-        self._emptied = ""  # which step left no faces of a mesh, or no points of a cloud; empty if no step did
+        self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
         self._notes: list[str] = []
         self._unit: str | None = None
 
