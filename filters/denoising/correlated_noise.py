@@ -93,7 +93,7 @@ def setting_by_balls(
     """Chooses the setting that best predicts held-out balls; None if the setting of `choice` leaves no shared noise.
 
     `choice`, made with held-out vertices, leaves noise that neighbours share if three things hold. It predicts balls worse by
-    more than two standard errors. The median angle between its faces is over seven times that of the new result, as on parts.
+    more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
     The difference between the results is even: the ratio of its 95 % to 5 % local level is below 1.2 times that of white noise
     smoothed twice. None, too, unless most vertices are evidence; vertices near borders are not.
     """
