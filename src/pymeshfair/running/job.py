@@ -83,7 +83,7 @@ class Job:
         return (*doubts_of_typed_unit(self.unit, file_unit), *([text] if recipe_unit and recipe_unit != unit else ()))
 
     def losses_of_unit(self, file_unit: str | None, elements: int = 0) -> tuple[str, ...]:
-        """A warning if the output has another format, which cannot hold the file's unit; `elements` counts faces and edges."""
+        """A warning if the output has another format, which cannot hold the input's unit; `elements` counts faces and edges."""
         kind, source = WRITABLE[extension(self.output)], READABLE.get(extension(self.input))
         if file_unit is None or file_unit in kind.units or kind is source:
             return ()
