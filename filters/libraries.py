@@ -42,7 +42,7 @@ else:
 
 
 _lock = threading.Lock()
-_limits: list[Any] = []  # the limit of the process, once for each context that needs it
+_limits: list[Any] = []  # the one limit of the process, repeated for each open context
 
 
 @contextmanager

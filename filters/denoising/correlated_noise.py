@@ -28,7 +28,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# A setting that removes shared noise from a part makes it 8 to 30 times flatter; on rough surfaces without noise up to 6.6 times.
+# Machine parts get 8 to 30 times flatter if shared noise is removed, rough surfaces without noise up to 6.6 times (median angle).
 _FLATTER = 7.0
 _FAR = 8  # smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
@@ -90,12 +90,12 @@ def setting_of_shared(
 def setting_by_balls(
     scan: Scan, tried: SettingsTried, choice: Choice[Setting], *, border: BorderPolicy
 ) -> Choice[Setting] | None:
-    """Chooses the setting that best predicts held-out balls if it shows noise that neighbours share; None without.
+    """Chooses the setting that best predicts held-out balls; None if the setting of `choice` leaves no shared noise.
 
-    The setting of `choice`, by held-out vertices, leaves shared noise. It shows if three things hold: that setting predicts balls
-    worse by more than two standard errors; it leaves more than seven times the median angle between adjacent faces, as on parts
-    of planes and cylinders; and what it leaves is even: its highest and lowest levels differ by less than 1.2 times as much as
-    those of white noise smoothed twice. Most vertices must count as evidence, which those near borders do not.
+    `choice`, made with held-out vertices, leaves noise that neighbours share if three things hold. It predicts balls worse by
+    more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
+    The difference between the results is even: the ratio of its 95 % to 5 % local level is below 1.2 times that of white noise
+    smoothed twice. None, too, unless most vertices are evidence; vertices near borders are not.
     """
     if np.mean(scan.scored) <= 0.5:
         return None

@@ -185,8 +185,8 @@ class Scan:
         n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
         and `stays` are those of `cross_validate`.
 
-        With `denoised`, a filter of (n, 3) points, balls are held out and their middles predicted: noise that neighbours share
-        hardly reaches over a ball. The balls start on the smoothest surface through the `denoised` rest.
+        With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
+        hardly reaches its middle. Balls start on the smoothest surface through the other vertices after `denoised`.
         """
         held_out = held_out_vertices if denoised is None else middles_of_balls
         held = held_out(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
@@ -215,7 +215,7 @@ class Scan:
         )
 
     def _with_smooth_balls(self, denoised: Callable[[Floats], Floats], middles: Ints) -> Floats:
-        """Returns (n, 3) the points, with the balls around the middles continued from the `denoised` rest."""
+        """Returns the (n, 3) points, with the balls on the smoothest surface through the other vertices after `denoised`."""
         ball, pairs = mask_of(middles, len(self.points)), edges(self.faces)
         for _ in range(BALL):
             ball = with_neighbours(ball, pairs)
@@ -228,10 +228,10 @@ class Scan:
         """Chooses the result with the least expected error of its edge vectors [stein1981], for noise of any covariance.
 
         A filter f moves the points y along their normals n by h = n n . (f(y) - y). Its response to noise is measured with added
-        noise b along the normals [ramani2008]: g = n n . (f(y + e b) - f(y)) / e for a small e. The heights of b, (n,) `noise`,
-        have the covariance of the noise; None means independent noise. The squared error of an edge vector, plus the variance of
-        its noise, is the mean of |h_i - h_j|^2 + 2 (b_i - b_j) . (g_i - g_j). Shrinking counts, since it shortens edges. See
-        `flattest` for the choice. Errors are in mean edges. None if no edge joins scored vertices.
+        noise b along the normals [ramani2008]: g = n n . (f(y + e b) - f(y)) / e for a small e. `noise` gives b its (n,)
+        heights, with the covariance of the noise in y; None: independent noise. The squared error of an edge vector, plus the
+        variance of its noise, is the mean of |h_i - h_j|^2 + 2 (b_i - b_j) . (g_i - g_j). Shrinking is an error, too, since it
+        shortens edges. See `flattest` for the choice. Errors are in mean edges. None if no edge joins scored vertices.
         """
         pairs = edges(self.faces)
         i, j = pairs[self.scored[pairs].all(axis=1)].T

@@ -199,9 +199,9 @@ def measures_and_connectivity(
 
 
 def inward_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
-    """(m,) the faces of a closed, oriented mesh that look inwards: in front of them the winding number of the mesh is below 0.
+    """(m,) which faces of a closed, oriented mesh look inwards: the winding number of the mesh in front of them is below 0.
 
-    A component is judged by a place on one of its faces. A ray from there upwards counts how often other components surround it.
+    All faces of a component are judged by a place on one of them. A ray along +z counts how often other components surround it.
     """
     points, triangles = check_mesh(vertices, faces)
     labels, count = connected_components(triangles, len(points))
@@ -210,7 +210,7 @@ def inward_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     inward = np.bincount(parts, np.linalg.det(corners), minlength=count + 1) < 0.0
     low, high = (np.ascontiguousarray(ends.T) for ends in (corners.min(axis=1), corners.max(axis=1)))
     for part, first in zip(*np.unique(parts, return_index=True), strict=True) if inward.any() else ():
-        place = np.array([0.2764, 0.3317, 0.3919]) @ corners[first]  # no middle, where edges of regular meshes would be above
+        place = np.array([0.2764, 0.3317, 0.3919]) @ corners[first]  # not the centroid: edges of regular meshes may lie above it
         beside = (low[0] < place[0]) & (high[0] > place[0]) & (low[1] < place[1]) & (high[1] > place[1])
         others = np.flatnonzero(beside & (high[2] > place[2]) & (parts != part))
         x, y, z = (corners[others] - place).transpose(2, 0, 1)

@@ -62,11 +62,11 @@ def enhance_details(
 
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
-    3. s = e(x) e(y) e(z) with e(x) = 3 x^2 - 2 x^3 on [0, 1]. x is the distance from the border and y the thickness of the base
-       shape, inside or outside, whichever is smaller (`touching_balls`), both divided by the longest wavelength. z is the area of
-       the faces around a vertex in the base shape, divided by their area in K_short p. So borders stay, and thin parts change
-       little; parts much thinner than the longest wavelength, whose base shape is a line or a point, do not change.
-    4. f(x) = b tanh(x / b) with b = `most` times this thickness. So the two sides of a gap do not meet.
+    3. s = e(x) e(y) e(z) with e(t) = 3 t^2 - 2 t^3 on [0, 1]. x is the distance from the border, y the thickness of the base
+       shape, inside or outside, the smaller one (`touching_balls`), both divided by the longest wavelength. z is the area of the
+       faces around a vertex in the base shape, divided by their area in K_short p. So borders stay, and thin parts change little.
+       Parts much thinner than the longest wavelength do not change: their base shape is a line or a point.
+    4. f(u) = b tanh(u / b) with b = `most` times the thickness. So the two sides of a gap do not meet.
 
     Waves outside the band, including noise, stay as they are.
 

@@ -57,7 +57,7 @@ class Door:
         self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
         self._ids: dict[int, int] = {}  # MeshLab's id by the caller's id
         self._sent = meshes
-        self._names: dict[Texture, str] = {}  # the file name in the folder of each image that was sent
+        self._names: dict[Texture, str] = {}  # the file name, in the folder, of each sent image
         self._painted = self._with_normals = False
         for number, mesh in meshes.items():
             self._send(mesh)
@@ -83,7 +83,7 @@ class Door:
         for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
-        # MeshLab's menu of normals also has filters that only turn faces or the whole mesh
+        # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
         self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
         if step.filter.python_name in table("unrepeatable")["leaves_state"]:
             use_up()
@@ -125,7 +125,7 @@ class Door:
         BASE.load_new_mesh(self._meshset, str(path))
         path.unlink()
         for texture in mesh.textures:
-            if texture.image is None:  # filters that look for the file say that there is none
+            if texture.image is None:  # so that filters that need the image say that it is missing
                 (self._folder / self._names[texture]).unlink(missing_ok=True)
         layer = BASE.current_mesh(self._meshset)
         layer.set_label(mesh.label)
@@ -187,8 +187,8 @@ class Door:
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
-            del face["polygon"]  # MeshLab has triangulated the mesh, and only some triangles are those from before
-            before = replace(before, face_ids=source_ids(before.face_ids, len(before.faces)))  # so files get other faces, too
+            del face["polygon"]  # MeshLab has triangulated the mesh, and only some old triangles are left
+            before = replace(before, face_ids=source_ids(before.face_ids, len(before.faces)))  # not None: faces changed
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
@@ -232,17 +232,17 @@ class Door:
         )
 
     def _textures_of(self, mesh: Any) -> tuple[Texture, ...]:
-        """Returns the images of a mesh: those that were sent, and as new files those that MeshLab made or painted."""
+        """Returns the images of a mesh: the sent ones, and new files for those that MeshLab made or painted."""
         images, path = mesh.textures(), self._folder / "names.ply"
         names = list(images)
-        if mesh.texture_number() > 1:  # pymeshlab sorts images by name, and a file by number
+        if mesh.texture_number() > 1:  # pymeshlab lists images by name, a saved file by number
             BASE.save_current_mesh(self._meshset, str(path), save_textures=False)
             head = path.read_bytes().partition(b"end_header")[0].decode("utf-8", "surrogateescape")
             names = re.findall(r"(?m)^comment TextureFile (.*)$", head)
         textures: dict[str, Texture] = {}
         for name in dict.fromkeys(names):
             texture = self._texture(name, images[name])
-            while texture.name in {other.name for other in textures.values()}:  # images of two layers may have one name
+            while texture.name in {other.name for other in textures.values()}:  # two layers may use the same name
                 texture = replace(texture, name=f"{len(textures) + 1}-{texture.name}")
             textures[name] = texture
         return tuple(textures[name] for name in names)
@@ -344,7 +344,7 @@ def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count:
 
 
 def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Scales normals to length 1, as some MeshLab filters leave sums of face normals; 0 and unchanged normals stay."""
+    """Scales normals to length 1, since some MeshLab filters leave sums of face normals; 0 and normals as `sent` stay."""
     lengths = np.linalg.norm(normals, axis=1)
     changed = True if sent is None or not len(sent) else (ids < 0) | (normals != sent[ids]).any(axis=1)
     scaled = changed & (lengths > 0)

@@ -89,7 +89,7 @@ def _load() -> _Registry:
         try:
             loaded = entry.load()
             filters = [f for f in ([loaded] if isinstance(loaded, Filter) else vars(loaded).values()) if isinstance(f, Filter)]
-        except MemoryError:
+        except MemoryError:  # not the plugin's fault
             raise
         except (Exception, SystemExit) as error:
             broken.append(BrokenPlugin(package, text, f"{type(error).__name__}: {error}", traceback.format_exc()))
@@ -122,7 +122,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
                 place = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - no get() before Python 3.12
             if place not in by_name:  # else the same package occurs earlier on sys.path
                 by_name[place] = sorted(distribution.entry_points.select(group=ENTRY_POINT_GROUP), key=lambda e: e.name)
-        except MemoryError:
+        except MemoryError:  # not the package's fault
             raise
         except Exception as error:
             reason = f"{type(error).__name__}: {error}"

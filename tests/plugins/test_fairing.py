@@ -122,7 +122,7 @@ def test_vertices_of_triangles_at_a_border_are_not_remade_and_a_note_says_so() -
     touching = np.isin(np.arange(len(vertices)), faces[border[faces].any(axis=1)])
     count, selected = int((chosen & touching).sum()), int(chosen.sum())
     assert count > (chosen & border).sum()
-    reason = "have a triangle that touches an open border, or none"
+    reason = "have no triangle, or one that touches an open border"
     assert notes == [f"{count} of the {selected} selected vertices {reason}, and stay."]
 
 

@@ -40,7 +40,7 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-_PATIENCE = 20.0  # seconds to try again if an output is busy: a lost worker may still be removing files there
+_PATIENCE = 20.0  # seconds in which a run with a busy output is tried again: a lost worker may still remove files there
 _PULSE = 1.0  # seconds between checks of workers
 _GROWTH = 2.0  # the largest expected ratio of output to input bytes: double in place of single precision
 _READERS = 4  # threads that read files and compute their checksums
@@ -238,7 +238,7 @@ def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _is_whole(record: Mapping[str, Any], scan: Scan, layers: Sequence[Path], digest: Callable[[Path], str]) -> bool:
-    """Returns whether input, layers, output and side files have the checksums of the record; they may have moved together."""
+    """Returns whether input, layers, output and their side files match the record; a file may have moved with its side files."""
 
     def are_there(file: Path, former: Mapping[str, Any]) -> bool:
         sides = former["side_files"]

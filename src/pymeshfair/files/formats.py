@@ -118,7 +118,7 @@ def attributes_of(mesh: MeshData) -> set[str]:
 
 
 def contents_of(mesh: MeshData) -> set[str]:
-    """Returns the `ATTRIBUTES` of a mesh that was just read, with the custom attributes that only its file holds."""
+    """Returns the `ATTRIBUTES` of a mesh that was just read, including custom attributes that only its file holds."""
     custom = getattr(mesh.source and mesh.source.document, "custom", None)
     has_custom = custom is not None and any(len(values) for e in ("vertex", "face", "edge") for values in custom(e).values())
     return attributes_of(mesh) | ({"custom attributes"} if has_custom else set())

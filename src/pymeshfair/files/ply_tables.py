@@ -146,7 +146,7 @@ def _plain(type_: str) -> str:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """Returns the header with these elements, their properties in this order, and textures renamed; drops other elements."""
+    """Returns the header with only `elements`, their properties in the given order, and `textures` (new by old names) renamed."""
     missing = {e.name: e for e in elements}
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     end = "\n"

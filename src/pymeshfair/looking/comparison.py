@@ -58,7 +58,7 @@ class MeshState:
 
 
 def state_of(read: ReadMesh) -> MeshState:
-    """Measures a mesh; raises `FilterInputError` if a vertex is so far from the others that their distances are lost."""
+    """Measures a mesh; raises `FilterInputError` if a vertex is so far away that the edges between the others lose digits."""
     mesh = read.mesh
     normalised_mesh(mesh.vertices, mesh.faces).check_far()
     # Relative to the mean vertex, since coordinates are squared below.
@@ -113,7 +113,7 @@ class Moved:
 class Deviation:
     """Distances of one surface from the other: at samples of its faces, weighted by area, or at the points of a cloud.
 
-    Distances are above 0 on the outer side of a surface, and from a cloud. Errors are twice the standard error of random samples.
+    Distances are below 0 on the inner side of a surface; a cloud has none. Errors are twice the standard error of random samples.
     """
 
     samples: int

@@ -30,7 +30,7 @@ class Job:
     input: Path  # the mesh file to read
     output: Path  # the file to write; its extension says the format
     others: tuple[Path, ...] = ()  # mesh files for the layers 1, 2 ...; the input is layer 0, the current layer
-    #: replace any existing `output`, even the input; else only an unchanged one of a run with the same sources (`made_from`)
+    #: replace any existing `output`, even the input; False: only an unchanged output of a run with the same sources (`made_from`)
     overwrite: bool = False
     timeout: float | None = None  # the most seconds from start to end, or None
     memory_limit: int | None = None  # bytes that the worker may use, where the system can enforce it; None: 80 % of the memory
@@ -83,12 +83,12 @@ class Job:
         return (*doubts_of_typed_unit(self.unit, file_unit), *([text] if recipe_unit and recipe_unit != unit else ()))
 
     def losses_of_unit(self, file_unit: str | None, elements: int = 0) -> tuple[str, ...]:
-        """A warning if the output, of some faces and edges, cannot hold the unit in the scan's file, as its own format does."""
+        """A warning if the output has another format, which cannot hold the input's unit; `elements` counts faces and edges."""
         kind, source = WRITABLE[extension(self.output)], READABLE.get(extension(self.input))
         if file_unit is None or file_unit in kind.units or kind is source:
             return ()
         of_source = f"; .{source.extension} keeps it" if source is not None and source.writer else ""
-        advice = "; .3mf and .glb keep it" if elements else of_source  # .3mf holds no clouds, .glb rounds places of surveys
+        advice = "; .3mf and .glb keep it" if elements else of_source  # .3mf holds no clouds, .glb rounds survey coordinates
         return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}{advice}",)
 
     def check_unit(self) -> None:
