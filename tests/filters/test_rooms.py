@@ -20,7 +20,7 @@ FOUNDATION = (
     "geometry",
     "neighbours",
     "robust",
-    "evidence",
+    "quadrics",
     "operators",
     "linear_solvers",
     "evidence",
@@ -29,7 +29,7 @@ FOUNDATION = (
 FAMILIES = {
     "diffusion": set(),
     "denoising": {"diffusion", "inspection"},
-    "fairing": {"denoising", "inspection"},
+    "fairing": {"denoising", "diffusion", "inspection"},
     "holes": {"fairing"},
     "curves": {"diffusion"},
     "spectral": set(),

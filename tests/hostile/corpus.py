@@ -60,7 +60,7 @@ _TEXTS: tuple[tuple[str, str, str | None, tuple[int, int] | None, str | None], .
     ("negative_out_of_range.obj", _V + "f -1 -2 -4\n", "line 4.*not among those before", None, None),
     ("negative.obj", "v 0 0 0\nvt 0 0\nv 1 0 0\nvt 1 0\nv 0 1 0\nvt 0 1\nf -1/-1 -2/-2 -3/-3\nvt 9 9\n", None, (3, 1), None),
     ("continued.obj", "v 0 0 0\nv 1 \\\n0 0\nv 0 1 0\nf 1 \\\r\n2 3\n", None, (3, 1), None),
-    ("indented.obj", _V.replace("v", "  v") + "\tf 1 2 3 # a face\n", None, (3, 1), None),
+    ("indented.obj", _V.replace("v", "  v") + "\tf 1 2 3 # a face\n", None, (3, 1), "comments (1)"),
     ("wide_blanks.obj", "v  0  0  0 \nv  1  0  0 \nv  0  1  0 \nf 1 2 3\n", None, (3, 1), None),
     ("mixed_widths.obj", "v 0 0 0\nv 1 0 0 1 1 1\nv 0 1 0\nf 1 2 3\n", "line 2.*6 values, while", None, None),
     ("large_face.obj", _V + "f" + " 1 2 3" * 300_000 + "\n", "line 4.*more than 10,000", None, None),
