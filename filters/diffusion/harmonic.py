@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..libraries import sparse
 from ..linear_solvers import Cholesky
 from ..mesh import Floats, check_vertex_mask, mask_of
 from ..topology import edges
 
 
-def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, order: int = 1) -> Floats:
+def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, order: Literal[1, 2] = 1) -> Floats:
     """Continues fixed values smoothly over the other vertices [pinkall1993].
 
     With order 1 every other vertex has the mean of its neighbours: K x = 0, (K x)_i = sum_j (x_i - x_j). By the maximum principle
@@ -29,8 +31,9 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
         (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
 
     Raises:
-        FilterInputError: the arrays do not fit.
+        FilterInputError: the arrays do not fit, or another order.
     """
+    check_choice("order", order, Literal[1, 2])
     result = np.array(values, dtype=np.float64)
     triangles = np.asarray(faces)
     if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
