@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice
+from ..checks import FilterInputError
 from ..libraries import sparse
 from ..linear_solvers import Cholesky
 from ..mesh import Floats, check_vertex_mask, mask_of
@@ -33,7 +33,8 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
     Raises:
         FilterInputError: the arrays do not fit, or another order.
     """
-    check_choice("order", order, Literal[1, 2])
+    if order not in (1, 2):
+        raise FilterInputError(f"order is {order!r}: it must be 1 or 2")
     result = np.array(values, dtype=np.float64)
     triangles = np.asarray(faces)
     if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
