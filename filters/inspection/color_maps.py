@@ -1,4 +1,4 @@
-"""Colour maps with even lightness, and the limits of the values that they cover.
+"""Colour maps whose lightness changes evenly, and the limits of the values that they cover.
 
 The diverging and the sequential map are paths through the perceptual space Oklab [ottosson2020]. Colour-blind people can read
 the diverging map: it goes from blue to orange, not from red to green.

@@ -74,7 +74,7 @@ class CommandGroup(TyperGroup):
     """The commands of `pymeshfair`, whose errors and exit codes are handled here."""
 
     def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
-        """Run the command line `args` and exit with 0 (done) or with the exit code of a `Failure`."""
+        """Run the command line `args` and exit with the code of the command or of its `Failure`."""
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()

@@ -102,7 +102,7 @@ class _Model:
                     self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
                     self.objects[attributes["id"]] = self._object
                     if attributes.get("type", "model") != "model":
-                        self.unread[f"objects of the type {quoted(attributes['type'], 30)}"] += 1
+                        self.unread[f"the object type {quoted(attributes['type'], 30)}"] += 1
                 case "component" | "item":
                     uses = self.items if tag == "item" else self._object.components
                     uses.append({"objectid": attributes["objectid"], **attributes})

@@ -255,7 +255,7 @@ class E57Cloud:
         return e57_survey(self.path)[0]
 
     def rewrite(self, target: Path, size: int, output: Path) -> list[str]:
-        """Writes a .ply or .las file without compression, `size` points at a time; returns the warnings of a run to `output`."""
+        """Writes a .ply or .las file uncompressed, `size` points at a time; returns warnings for the run that writes `output`."""
         notes: tuple[str, ...] = ()
         with target.open("wb") as file:
             if extension(target) == "las":

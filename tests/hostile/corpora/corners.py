@@ -206,7 +206,7 @@ ROWS = (
         _archive(_ITEM, '<item objectid="1" printable="0"/>'),
         (3, 2, "attributes 'printable' of the elements 'item' (1)"),
     ),
-    ("support.3mf", _archive('type="model"', 'type="support"'), (3, 2, "objects of the type 'support' (1)")),
+    ("support.3mf", _archive('type="model"', 'type="support"'), (3, 2, "the object type 'support' (1)")),
     ("title.3mf", _archive("<resources>", '<metadata name="Title">cat</metadata><resources>'), (3, 2, "elements 'metadata' (1)")),
     ("program.3mf", _archive("<resources>", '<metadata name="Application">x</metadata><resources>'), (3, 2)),
     (
