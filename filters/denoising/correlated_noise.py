@@ -42,8 +42,8 @@ def setting_of_rounded(
 
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
-    is smooth once the rounding is undone, results within the noise of the rounded mesh are allowed, too [morozov1966]. `other` is
-    better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
+    is smooth once the rounding is undone, distances up to the noise of the rounded mesh are allowed, too [morozov1966]. `other`
+    is better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -95,7 +95,7 @@ def setting_by_balls(
     `choice`, made with held-out vertices, leaves noise that neighbours share if three things hold. It predicts balls worse by
     more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
     The difference between the results is even: the ratio of its 95 % to 5 % local level is below 1.2 times that of white noise
-    smoothed twice. None, too, unless most vertices are evidence; vertices near borders are not.
+    smoothed twice. None, too, unless most vertices are scored; vertices near borders are not.
     """
     if np.mean(scan.scored) <= 0.5:
         return None
@@ -143,14 +143,14 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # Fused maps have short edges where they cut off corners of grid cells. Other short edges make the rings unequal in size.
+    # Fused maps have short edges where they cut off corners of grid cells.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
     scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
-    if cut_off or not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):
+    if cut_off or not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):  # cut off: unequal rings
         return 0.0, fits
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     return float(np.sqrt(field.variances.sum())), fits

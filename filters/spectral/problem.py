@@ -125,7 +125,7 @@ DEFAULT_ORDER = 2  # the lowest order that is flatter at 0 than diffusion
 
 @dataclass(frozen=True)
 class Response:
-    """A response, smooth on omega > 0, with a limit at infinity:
+    """A response, smooth on omega > 0, with the limit `infinity`:
     F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 order)).
     """
 

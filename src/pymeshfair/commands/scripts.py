@@ -117,7 +117,7 @@ def export(
 ) -> None:
     """Write a recipe as a script for MeshLab's desktop application and plain pymeshlab.
 
-    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by an
+    Parameters are written in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by an
     equivalent filter of MeshLab; if there is none, the recipe is refused.
     """
     from ..scripts.write import MeshFacts, export_script

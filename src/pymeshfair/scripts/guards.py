@@ -16,7 +16,7 @@ from ..declaration import Length
 from ..errors import ParameterError, hint, nearest
 
 SHARP = 0.68  # a surface is sharp if at least this share of bending is at sharp edges: machine parts have 0.7, statues up to 0.66
-ONE_SIDED = 0.4  # range maps have at least this trait `facing`, the length of the mean normal by area; half a sphere has 0.5
+ONE_SIDED = 0.4  # the least trait `facing` of a range map: the length of its area-weighted mean normal; half a sphere has 0.5
 
 #: by word: the trait (a number measured on a scan), its lower and upper bound, and the texts for a scan within and outside them
 WORDS: Mapping[str, tuple[str, float, float, str, str]] = {

@@ -55,7 +55,7 @@ class Scan:
     diagonal: float  # of the bounding box, in mesh units
     mean_edge: float  # the mean edge length, or for a cloud the mean distance to the nearest point, in mesh units
     part: int | None  # the approximate number of vertices of the part that is used; None for the whole scan
-    warnings: tuple[str, ...]  # contents that reading could not keep
+    warnings: tuple[str, ...]  # about the file
 
 
 def prepared_scan(path: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
