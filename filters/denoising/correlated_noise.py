@@ -43,7 +43,7 @@ def setting_of_rounded(
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
     is smooth once the rounding is undone, results within the noise of the rounded mesh are allowed, too [morozov1966]. `other` is
-    better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
+    better if its result is at least as flat as the chosen one. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -143,7 +143,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # Fused maps have short edges where they cut off corners of grid cells. Other short edges make the rings unequal in size.
+    # In fused maps short edges cut off corners of grid cells. In other meshes short edges make the rings unequal in size.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
@@ -202,7 +202,7 @@ def has_even_shared_noise(scan: Scan) -> bool:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """By scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, the kurtosis up to the quartile."""
+        """By scale: lower quartile of levels, its ratio to the quantile `CALMEST`, kurtosis at levels up to the quartile."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0

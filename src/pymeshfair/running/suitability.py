@@ -26,7 +26,7 @@ _NO_NEED = {"border edges": "there is nothing to close", "triangle quality": "th
 
 #: the sort key of a recipe, see `ranked`
 _Key: TypeAlias = tuple[bool, int, bool, bool, float, bool, int, int]
-#: tasks other than cleaning a surface; and tasks that close openings with surface that was not measured
+#: tasks that come last in `ranked`; and tasks that close openings with surface that was not measured
 _ASIDE, _CLOSING = ("remesh", "change the shape", "curves", "look"), ("repair", "prepare")
 ERASED = 0.1  # a recipe that removes more than this share of the relief (the detail of the surface) erases detail
 
@@ -114,7 +114,7 @@ def ranked(
     """All shipped recipes, the most suitable first.
 
     Recipes that fit come first; the others follow by their number of unmet conditions. Ties are broken in this order:
-    1. Tasks other than cleaning come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
+    1. The tasks of `_ASIDE` come last. 2. Recipes that erase detail in their trial come last. 3. The smaller error in the
     trial wins; an error tied with the least counts as the least. Without a trial the error of the scan itself counts. 4. On
     an open scan tasks that close openings come last. 5. More met conditions without "no" win. 6. The order of the tasks
     decides. A recipe with "after ANOTHER" in its head comes right after ANOTHER if both fit.
