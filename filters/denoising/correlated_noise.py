@@ -43,7 +43,7 @@ def setting_of_rounded(
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
     is smooth once the rounding is undone, distances up to the noise of the rounded mesh are allowed, too [morozov1966]. `other`
-    is better if its result is at least as flat as the chosen one, as with independent noise. Fixed vertices do not count.
+    is better if its result is at least as flat as the chosen one. Fixed vertices do not count.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -202,7 +202,7 @@ def has_even_shared_noise(scan: Scan) -> bool:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """By scale: the lower quartile of levels, its ratio to the quantile `CALMEST`, the kurtosis up to the quartile."""
+        """By scale: lower quartile of levels, its ratio to the quantile `CALMEST`, kurtosis at levels up to the quartile."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0

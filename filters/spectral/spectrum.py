@@ -149,7 +149,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
     ratio = diagonal / mass
     stiffest = np.argsort(-ratio, kind="stable")
-    # With the mass S_ii / bound vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
+    # With the mass S_ii / bound, vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # bounds[k] rises as long as the next ratio is above it. At the maximum no vertex after the first k + 1 has a higher ratio.
     bound = float(bounds.max(initial=0.0))

@@ -1,6 +1,6 @@
 """Reads OBJ files with their materials, and checks every line; writes them with materials, groups and objects.
 
-If a mesh still has the elements of its file, the text of the file is written with new numbers, otherwise a new text.
+If a mesh needs the same lines as its file has, the text of the file is written with new numbers, otherwise a new text.
 """
 
 import re

@@ -116,7 +116,7 @@ class BuiltinFilters:
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used: relative if the typed value, or else the default, is relative."""
+        """Returns the length that a filter used, as in a script."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length

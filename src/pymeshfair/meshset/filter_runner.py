@@ -26,7 +26,7 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Finds and applies filters of MeshLab and of plugins; in steps, layers have the ids of `Workbench.without_helpers`."""
+    """Applies filters of MeshLab and of plugins; in steps, layers have their ids in scripts (`Workbench.without_helpers`)."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench

@@ -209,7 +209,7 @@ def _sample(slices: Slices, count: int, buckets: int) -> Floats:
 
 
 def _pivots(sample: Floats, wanted: int) -> tuple[Ints, Floats, int]:
-    """Builds a k-d tree that cuts boxes across their longest side: node i has the child 2 i below its pivot, else 2 i + 1.
+    """Builds a k-d tree that cuts boxes across their longest side: child 2 i of node i is below its pivot, 2 i + 1 is not.
 
     Returns:
         The axis of each node, or -1 - i for the leaf i; the pivot of each node; the number of leaves.

@@ -110,7 +110,8 @@ def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
 
 def _plain(text: str) -> str:
     """Returns a text that is valid in an XML comment."""
-    return "".join(letter if letter.isprintable() else " " for letter in text).replace("--", "- -").rstrip("-")
+    printable = "".join(letter if letter.isprintable() else " " for letter in text)
+    return re.sub("-(?=-)", "- ", printable).rstrip("-")
 
 
 def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
