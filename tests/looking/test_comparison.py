@@ -316,7 +316,7 @@ def test_a_section_that_cuts_nothing_is_told(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(ply_bytes(xyz(size * vertices), faces.tolist()))
     sections = ("--report", tmp_path / "c.html", "--section", "y=1.25", "--section", "y=1000")
     done = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections", "--json", *sections)
-    wanted = "the report has no section y = 1000, which cuts no face: BEFORE and AFTER reach from -1.5 to 1.5 there"
+    wanted = "the report has no section y = 1000, which cuts no face: BEFORE and AFTER reach from -1.5 to 1.5 along y"
     assert document(done.stdout)["warnings"] == [wanted]
     assert wanted in done.stderr
     page = (tmp_path / "c.html").read_text("utf-8")

@@ -81,8 +81,8 @@ def compare(
     for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
         planes.remove(plane)
         along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]
-        reach = f"{point_text([min(along)])} to {point_text([max(along)])}"
-        warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach} there")
+        reach = f"{point_text([min(along)])} to {point_text([max(along)])} along {'xyz'[plane.axis]}"
+        warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach}")
     warn(*warnings)
     first, second = (state_of(mesh) for mesh in meshes)
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, first.diagonal, first.mean_edge)

@@ -113,7 +113,7 @@ class Moved:
 class Deviation:
     """Distances of one surface from the other: at samples of its faces, weighted by area, or at the points of a cloud.
 
-    Distances are below 0 on the inner side of a surface; a cloud has none. Errors are twice the standard error of random samples.
+    Distances are below 0 on the inner side of faces. Errors are twice the standard error of random samples.
     """
 
     samples: int

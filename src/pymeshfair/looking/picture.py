@@ -118,7 +118,7 @@ COLORINGS: Mapping[str, Coloring] = {
         "displacement of the vertices (mesh units)",
         _displacement,
         diverging=False,
-        reason="it takes a second mesh of the same vertices and faces as the first; 'distance' compares any two surfaces",
+        reason="it takes a second mesh with the vertex count and the faces of the first; 'distance' compares any two surfaces",
     ),
     "shape": Coloring(
         "triangle shape (1: equilateral)",

@@ -113,7 +113,7 @@ class PlyFile:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes the `count` vertices that `marks` keep, with new values; integers in `added` properties become double."""
+        """Writes the `count` vertices that `marks` keep; `added` properties get new values, as double if they are integers."""
         whole = [p for p in self.vertices.element.properties if p.name in added and KINDS[p.type][0] != "f"]
         old = [replace(p, type="double") if p in whole else p for p in self.vertices.element.properties]
         new = [PlyProperty(name, "double") for name in added if name not in (self.vertices.dtype.names or ())]
