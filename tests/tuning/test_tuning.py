@@ -100,7 +100,7 @@ def test_lengths_on_a_part_are_those_of_the_whole() -> None:
 def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
     """Names and notes with what a comment must not hold are written so that the script is read as it was."""
     recipe = load_recipe("smooth_implicit")
-    words = saved_comment(recipe, "a--b<!-- \x07.ply", "softer -- --> end -")
+    words = saved_comment(recipe, "a---b<!-- \x07.ply", "softer -- --> end -")
     assert "tuned on a" in words
     script = replace(recipe.script, comment=words)
     assert parse_script(format_script(script).encode(), "x.mlx").steps == recipe.script.with_defaults().steps
