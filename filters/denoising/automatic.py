@@ -86,11 +86,12 @@ def _cross_validated(
         alone = calmed is not scan and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")
-        evidence = calmed.choose(tried, tried.labels, by_means=alone)
+        evidence = calmed.choose(tried, tried.labels, by_means=alone, progress=part_of(scan.progress, 0.0, 0.5))
         if evidence is not None:
             shared = setting_by_balls(scan, tried, evidence, border=border) if calmed is scan and not is_rounded else None
             if shared is not None:
-                return AutomaticChoice("correlated", shared.chosen.label, noise, shared)
+                setting = replace(shared.chosen.label, outliers=repertoire.outliers or "keep")
+                return AutomaticChoice("correlated", setting, noise, shared)
             # 5. In doubt the mesh stays as it is, unless it has outliers.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label

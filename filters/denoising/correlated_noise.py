@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..evidence import Choice, measured, tuned
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
 from ..geometry import angles_between, edge_lengths, face_normals, mean_edge_length, roughness, seen_from_one_side
 from ..libraries import optimize, sparse
 from ..mesh import Floats, Ints, NormalisedMesh
@@ -103,7 +103,8 @@ def setting_by_balls(
     def result(setting: Setting, points: Floats) -> Floats:
         return setting.apply(points, scan.faces, border=border, movable=scan.movable)
 
-    balls = scan.choose(tried, tried.labels, denoised=partial(result, choice.chosen.label))
+    denoised, progress = partial(result, choice.chosen.label), part_of(scan.progress, 0.5, 1.0)
+    balls = scan.choose(tried, tried.labels, denoised=denoised, progress=progress)
     if balls is None or choice.chosen.label in [trial.label for trial in balls.rivals]:
         return None
     left, flat = (result(chosen.label, scan.points) for chosen in (choice.chosen, balls.chosen))

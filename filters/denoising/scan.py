@@ -176,6 +176,7 @@ class Scan:
         stays: float = tuned.STAYS,
         by_means: bool = False,
         denoised: Callable[[Floats], Floats] | None = None,
+        progress: Progress | None = None,
     ) -> Choice[Label] | None:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
@@ -183,7 +184,7 @@ class Scan:
         fits the surface. Held-out vertices start at `initial_positions`; `by_means` takes means of neighbours for them, since
         positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
         n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
-        and `stays` are those of `cross_validate`.
+        and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
         hardly reaches its middle. Balls start on the smoothest surface through the other vertices after `denoised`.
@@ -211,7 +212,7 @@ class Scan:
             labels,
             share_flipped=share_flipped,
             stays=stays,
-            progress=self.progress,
+            progress=progress or self.progress,
         )
 
     def _with_smooth_balls(self, denoised: Callable[[Floats], Floats], middles: Ints) -> Floats:
