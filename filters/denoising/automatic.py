@@ -90,8 +90,8 @@ def _cross_validated(
         if evidence is not None:
             shared = setting_by_balls(scan, tried, evidence, border=border) if calmed is scan and not is_rounded else None
             if shared is not None:
-                setting = replace(shared.chosen.label, outliers=repertoire.outliers or "keep")
-                return AutomaticChoice("correlated", setting, noise, shared)
+                of_shared = replace(shared.chosen.label, outliers=repertoire.outliers or "keep")
+                return AutomaticChoice("correlated", of_shared, noise, shared)
             # 5. In doubt the mesh stays as it is, unless it has outliers.
             evidence = scan.or_nothing(evidence) if calmed is scan else evidence
             setting = evidence.chosen.label

@@ -28,8 +28,7 @@ _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-# Machine parts get 8 to 30 times flatter if shared noise is removed, rough surfaces without noise up to 6.6 times (median angle).
-_FLATTER = 7.0
+_FLATTER = 7.0  # removing shared noise from a part makes it 8 to 30 times flatter; rough surfaces get up to 6.6 times flatter
 _FAR = 8  # smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
@@ -94,29 +93,31 @@ def setting_by_balls(
 
     `choice`, made with held-out vertices, leaves noise that neighbours share if three things hold. It predicts balls worse by
     more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
-    The difference between the results is even: the ratio of its 95 % to 5 % local level is below 1.2 times that of white noise
-    smoothed twice. None, too, unless most vertices are scored; vertices near borders are not.
+    The difference between the results is even: its levels spread less than 1.2 times as much as those of white noise smoothed
+    twice. None, too, unless most vertices are scored; vertices near borders are not.
     """
-    if np.mean(scan.scored) <= 0.5:
-        return None
+    pairs, _ = face_adjacency(scan.faces)
 
-    def result(setting: Setting, points: Floats) -> Floats:
+    def result(setting: Setting, points: Floats = scan.points) -> Floats:
         return setting.apply(points, scan.faces, border=border, movable=scan.movable)
 
-    denoised, progress = partial(result, choice.chosen.label), part_of(scan.progress, 0.5, 1.0)
-    balls = scan.choose(tried, tried.labels, denoised=denoised, progress=progress)
-    if balls is None or choice.chosen.label in [trial.label for trial in balls.rivals]:
+    def angle(points: Floats) -> float:
+        return float(np.median(angles_between(*face_normals(points, scan.faces)[pairs.T])))
+
+    label, last = choice.chosen.label, [family[-1] for family in tried.labels[1:]]
+    left = result(label)
+    enough = angle(left) / _FLATTER
+    # Saves time: if none of the strongest settings makes the mesh flat enough, none does.
+    strongest = (setting for setting in last if setting.relaxation == max(each.relaxation for each in last))
+    if np.mean(scan.scored) <= 0.5 or not any(angle(result(setting)) < enough for setting in strongest):
         return None
-    left, flat = (result(chosen.label, scan.points) for chosen in (choice.chosen, balls.chosen))
-    at, (pairs, _) = _Scales(scan), face_adjacency(scan.faces)
-    angles = [np.median(angles_between(*face_normals(points, scan.faces)[pairs.T])) for points in (left, flat)]
-
-    def spread(heights: Floats) -> float:
-        low, high = np.quantile(at.local_means(heights**2, _FAR), (0.05, 0.95))
-        return float(np.sqrt(high / max(low, 1e-24)))
-
-    is_even = spread(np.einsum("ij,ij->i", left - flat, scan.normals)) < tuned.LARGER * spread(at.noise(2))
-    return balls if is_even and _FLATTER * angles[1] < angles[0] else None
+    balls = scan.choose(tried, tried.labels, denoised=partial(result, label), progress=part_of(scan.progress, 0.5, 1.0))
+    if balls is None or label in [trial.label for trial in balls.rivals]:
+        return None
+    at, flat = _Scales(scan), result(balls.chosen.label)
+    noises = np.einsum("ij,ij->i", left - flat, scan.normals), at.noise(2)
+    (low, high), (least, most) = (np.quantile(at.local_means(noise**2, _FAR), (0.05, 0.95)) for noise in noises)
+    return balls if high * least < tuned.LARGER**2 * most * low and angle(flat) < enough else None
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:

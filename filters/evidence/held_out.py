@@ -38,10 +38,9 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices, the middles of balls. The balls of one set do not touch.
+    """Returns up to `masks` random sets of `scored` vertices, the middles of balls: of two rings. Balls of one set do not touch.
 
-    A ball is a vertex with its two rings. Random numbers of vertices are made as in `held_out_vertices`; a middle has the least
-    number within five edges.
+    A middle has the least random number, made as in `held_out_vertices`, of all vertices within five edges.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T

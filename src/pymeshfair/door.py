@@ -140,16 +140,17 @@ class Door:
             BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 
     def _place(self, texture: Texture) -> str:
-        """Writes an image as PNG, which MeshLab always reads, and returns its name; a missing image becomes a black pixel."""
-        name = self._names.setdefault(texture, f"texture-{len(self._names)}.png")
-        if not (target := self._folder / name).exists():
+        """Writes an image as PNG or BMP, which MeshLab always reads, and returns its name; a missing one is a black pixel."""
+        if not (self._folder / self._names.get(texture, "none")).exists():
             image = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image or b""
-            if image.startswith(b"\x89PNG"):
+            is_png = image.startswith(b"\x89PNG")
+            target = self._folder / self._names.setdefault(texture, f"texture-{len(self._names)}.{'png' if is_png else 'bmp'}")
+            if is_png:
                 target.write_bytes(image)
             else:
                 pixels = read_pixels(texture)
-                Image.fromarray(np.zeros((1, 1, 3), np.uint8) if pixels is None else pixels).save(target, compress_level=1)
-        return name
+                Image.fromarray(np.zeros((1, 1, 3), np.uint8) if pixels is None else pixels).save(target)
+        return self._names[texture]
 
     def _send_custom(self, name: str) -> None:
         """Sends a custom attribute, which an expression may name, to the current layer, if the original mesh has it."""
