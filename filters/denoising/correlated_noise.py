@@ -107,8 +107,9 @@ def setting_by_balls(
     label, last = choice.chosen.label, [family[-1] for family in tried.labels[1:]]
     left = result(label)
     enough = angle(left) / _FLATTER
+    most = max((setting.relaxation for setting in last), default=0)
     # Saves time: if none of the strongest settings makes the mesh flat enough, none does.
-    strongest = (setting for setting in last if setting.relaxation == max(each.relaxation for each in last))
+    strongest = (setting for setting in last if setting.relaxation == most)
     if np.mean(scan.scored) <= 0.5 or not any(angle(result(setting)) < enough for setting in strongest):
         return None
     balls = scan.choose(tried, tried.labels, denoised=partial(result, label), progress=part_of(scan.progress, 0.5, 1.0))

@@ -217,9 +217,7 @@ class Scan:
 
     def _with_smooth_balls(self, denoised: Callable[[Floats], Floats], middles: Ints) -> Floats:
         """Returns the (n, 3) points, with the balls on the smoothest surface through the other vertices after `denoised`."""
-        ball, pairs = mask_of(middles, len(self.points)), edges(self.faces)
-        for _ in range(BALL):
-            ball = with_neighbours(ball, pairs)
+        ball = with_neighbours(mask_of(middles, len(self.points)), edges(self.faces), BALL)
         smooth = denoised(harmonic_values(self.faces, self.points, ~ball, order=2))
         return np.where(ball[:, None], harmonic_values(self.faces, smooth, ~ball, order=2), self.points)
 

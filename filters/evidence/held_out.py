@@ -87,20 +87,20 @@ def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Boo
     return np.where(counts > 0.0, around @ points / np.maximum(counts, 1.0), points[vertices])
 
 
-def with_neighbours(vertices: Bools, pairs: Ints) -> Bools:
-    """Returns (n,) the mask of some vertices, grown by their neighbours along the (e, 2) edges."""
+def with_neighbours(vertices: Bools, pairs: Ints, rings: int = 1) -> Bools:
+    """Returns (n,) the mask of some vertices, grown by so many rings of neighbours along the (e, 2) edges."""
     a, b = pairs.T
-    reached = vertices.copy()
-    reached[b[vertices[a]]] = reached[a[vertices[b]]] = True
-    return reached
+    for _ in range(rings):
+        reached = vertices.copy()
+        reached[b[vertices[a]]] = reached[a[vertices[b]]] = True
+        vertices = reached
+    return vertices
 
 
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
     """Returns (n,) which vertices of faces have `rings` complete rings: they are more than `rings` edges from the border."""
     pairs = edges(faces)
-    near = border_vertices(faces, n_vertices)
-    for _ in range(rings):
-        near = with_neighbours(near, pairs)
+    near = with_neighbours(border_vertices(faces, n_vertices), pairs, rings)
     return np.asarray(mask_of(pairs, n_vertices) & ~near)
 
 

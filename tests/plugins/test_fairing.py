@@ -95,12 +95,17 @@ def test_selected_triangles_stand_for_their_inner_vertices() -> None:
     assert 0 < moved.sum() < (mesh[0][:, 2] > 0.5).sum()
 
 
+def noted_tube() -> tuple[Mesh, pymeshfair.MeshSet, list[str]]:
+    """A noisy open tube, a mesh set with it, and the list that gets the notes of its filters."""
+    mesh, notes = noisy(tube(24, 12), 0.02), list[str]()
+    meshes = mesh_set(mesh)
+    meshes.on_note = notes.append
+    return mesh, meshes, notes
+
+
 def test_borders_stay_and_a_note_says_so() -> None:
     """Of a selection that reaches an open border the border vertices keep every bit; how many is told."""
-    vertices, faces = noisy(tube(24, 12), 0.02)
-    meshes = mesh_set((vertices, faces))
-    notes: list[str] = []
-    meshes.on_note = notes.append
+    (vertices, faces), meshes, notes = noted_tube()
     chosen = select(meshes, "z > 2")
     told = meshes.apply_filter(REGION)
     border = border_vertices(faces, len(vertices))
@@ -112,10 +117,7 @@ def test_borders_stay_and_a_note_says_so() -> None:
 
 def test_vertices_of_triangles_at_a_border_are_not_remade_and_a_note_says_so() -> None:
     """Of a selection that reaches an open border all vertices of triangles that touch it stay, more than those on it."""
-    vertices, faces = noisy(tube(24, 12), 0.02)
-    meshes = mesh_set((vertices, faces))
-    notes: list[str] = []
-    meshes.on_note = notes.append
+    (vertices, faces), meshes, notes = noted_tube()
     chosen = select(meshes, "z > 1 && x > 0")
     meshes.apply_filter(REGION, remesh=True)
     border = border_vertices(faces, len(vertices))
