@@ -23,8 +23,10 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales for `noise_field`: to detect shared noise; and to fit it with one of three widths.
+# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths, on maps and on solids. A curved
+# surface leaves residuals, too, about those of noise of width 16.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
+_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
@@ -74,16 +76,19 @@ def setting_of_shared(
     """Chooses the setting for noise that neighbours share; None without such noise or without an edge of two scored vertices.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
-    `estimate_noise`. Fixed vertices do not count.
+    `estimate_noise`. Fixed vertices do not count. In doubt the choice must halve the root mean square error of the edge vectors.
     """
-    shared, fits = _shared(mesh.points, mesh.cells, noise)
+    shared, fits, in_doubt = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
         return None
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, **_WIDE, progress=progress)
     tried = SettingsTried(scan, border=border, of=CORRELATED)
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     # Vertices near the border count, too, since many rounds of filtering move them.
-    return replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
+    choice = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
+    # The error of doing nothing is twice the variance of the noise, since that of the data counts, too.
+    halves = choice is not None and choice.chosen.error**2 < (0.5 + 0.25 / 2.0) * choice.trials[0].error ** 2
+    return choice if halves or not in_doubt else None
 
 
 def setting_by_balls(
@@ -107,9 +112,8 @@ def setting_by_balls(
     label, last = choice.chosen.label, [family[-1] for family in tried.labels[1:]]
     left = result(label)
     enough = angle(left) / _FLATTER
-    most = max((setting.relaxation for setting in last), default=0)
     # Saves time: if none of the strongest settings makes the mesh flat enough, none does.
-    strongest = (setting for setting in last if setting.relaxation == most)
+    strongest = (setting for setting in last if setting.relaxation == max(each.relaxation for each in last))
     if np.mean(scan.scored) <= 0.5 or not any(angle(result(setting)) < enough for setting in strongest):
         return None
     balls = scan.choose(tried, tried.labels, denoised=partial(result, label), progress=part_of(scan.progress, 0.5, 1.0))
@@ -129,7 +133,8 @@ def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
     rounding = rounding_of(points, faces)
     if rounding is not None:
         return rounding.step / float(np.sqrt(12.0))
-    return _shared(points, faces, noise)[0]
+    shared, _, in_doubt = _shared(points, faces, noise)
+    return 0.0 if in_doubt else shared
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
@@ -140,10 +145,10 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
     return bool(squares[-1] > tuned.ON_LINES * squares.sum())
 
 
-def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, Sequence[tuple[Any, ...]]]:
-    """Returns the standard deviation of shared noise, 0 without it, and the arguments of `noise_field` to try."""
+def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, Sequence[tuple[Any, ...]], bool]:
+    """Returns the standard deviation of shared noise, 0 without it, the arguments of `noise_field` to try, and if in doubt."""
     if noise.level < tuned.NO_NOISE:
-        return 0.0, _FIT
+        return 0.0, _FIT, False
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
     # Fused maps have short edges where they cut off corners of grid cells.
@@ -151,12 +156,13 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
-        return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits
-    scan, fits = Scan.sampled(points, faces, **_WIDE)[0], _FIT[:2]
-    if cut_off or not scan.is_surface or is_designed(points, faces) or not has_even_shared_noise(scan):  # cut off: unequal rings
-        return 0.0, fits
-    field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
-    return float(np.sqrt(field.variances.sum())), fits
+        return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits, False
+    scan = Scan.sampled(points, faces, **_WIDE)[0]
+    fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # cut off: unequal rings
+    if fall < tuned.IN_DOUBT:
+        return 0.0, _FIT_SOLID, False
+    field = min((noise_field(scan, *arguments) for arguments in _FIT_SOLID), key=lambda field: field.misfit)
+    return float(np.sqrt(field.variances.sum())), _FIT_SOLID, fall <= 1.0
 
 
 class NoiseField(NamedTuple):
@@ -167,12 +173,15 @@ class NoiseField(NamedTuple):
     misfit: float = 0.0  # norm of the relative errors of the measures of `noise_field`
 
 
-def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST) -> NoiseField:
+def noise_field(
+    scan: Scan, widths: Sequence[int], scales: Sequence[int], calmest: float = tuned.CALMEST, surface: tuple[int, ...] = ()
+) -> NoiseField:
     """Fits the variances of several noises to residuals of the surface at several scales.
 
     The measure at a scale is the quantile `calmest` of local means of the clipped squared `_Scales.residuals`. White noise is
     smoothed by each width (a number of steps), scaled to variance 1, and measured in the same way. The variances are the
-    non-negative weights with which the measures of the noises add up best to the measures of the surface.
+    non-negative weights with which the measures of the noises add up best to the measures of the surface. The widths `surface`
+    are fitted, too, but left out of the result: they stand for residuals of the surface.
     """
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
     if not scan.scored.any():
@@ -186,22 +195,22 @@ def noise_field(scan: Scan, widths: Sequence[int], scales: Sequence[int], calmes
     seen = np.array([calm(at.heights(scale)) for scale in scales])
     if seen.min() <= 0.0:
         return nothing
-    parts = [at.noise(width) for width in widths]
+    parts = [at.noise(width) for width in (*widths, *surface)]
     made = np.array([[calm(at.residuals(part, scale)) for part in parts] for scale in scales])
-    variances, misfit = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
-    heights = np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
-    return NoiseField(variances, heights, misfit)
+    fitted, misfit = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
+    heights = np.sum([np.sqrt(variance) * part for variance, part in zip(fitted, parts[: len(widths)], strict=False)], axis=0)
+    return NoiseField(fitted[: len(widths)], heights, misfit)
 
 
-def has_even_shared_noise(scan: Scan) -> bool:
-    """Whether the residuals of a scan are even noise that vertices share with those one or two rings away.
+def fall_of_growth(scan: Scan) -> float:
+    """Returns the growth of residuals from scale 2 to 4 over that from 4 to 8; 0 if they are not even noise that is shared.
 
-    Levels of residuals are compared at the scales 1, 2, 4 and 8. Even noise has about the same level everywhere. The
-    level of shared noise, divided by that of white noise, grows from scale 2 to 4, and less from 4 to 8; that of a curved surface
-    goes on growing. The kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
+    The level of noise that vertices share with those one or two rings away, over that of white noise, grows from scale 2 to 4,
+    and hardly more from 4 to 8; that of a curved surface grows ever more. Even noise has about the same level everywhere. The
+    kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
     """
     if not scan.scored.any():
-        return False
+        return 0.0
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
@@ -218,7 +227,8 @@ def has_even_shared_noise(scan: Scan) -> bool:
     level_of_white, spread_of_white, _ = measures(at.residuals(white, scale) for scale in scales)
     growth = (level / level_of_white)[1:] / (level / level_of_white)[:-1]
     is_even = (spread < tuned.LARGER * spread_of_white).all()
-    return bool(is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > max(tuned.LARGER, growth[2]))
+    is_shared = is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > tuned.LARGER
+    return float(growth[1] / growth[2]) if is_shared else 0.0
 
 
 @dataclass(frozen=True)

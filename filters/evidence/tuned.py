@@ -14,7 +14,7 @@ MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
 #: The median in `CLIP` is taken over so many held-out vertices near a vertex. On a house with noise of 0.05 and 0.3 edges on its
-#: halves the mean angle is 1.03 times that of the best setting, 1.7 times with one median of all. 40 to 90 give the same choices.
+#: halves the mean angle is 1.03 times that of the best setting, 1.7 with one median of all. Not tuned: 40 and 90 do as well.
 NEAR = 60
 #: A flipped face counts as a deviation of so many edges. Without it up to 2.8 with sparse noise; 0.2 to 0.5 choose alike.
 FLIPPED = 0.3
@@ -54,6 +54,9 @@ ON_LINES = 0.75
 CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
 INDEPENDENT = 0.02
+#: Shared noise on solids is in doubt if `fall_of_growth` is between this and 1. Clean scans have up to 0.94, one of 139 has 0.97;
+#: noise that is averaged once over a vertex and its neighbours has 0.92 and more.
+IN_DOUBT = 0.95
 #: At least this share of faces is perpendicular to an axis of rounding: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
 #: Undoing rounding leaves less than this share of the noise's variance in smooth depth maps, 0.02 or more in maps with relief.
