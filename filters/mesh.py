@@ -170,9 +170,7 @@ class NormalisedMesh:
     cells_in_vertices: Ints  # (m, 3) triangles or (e, 2) edges, as indices of vertices, all of which have a point
     movable_vertices: Bools | None  # (n,) which vertices may move; None for all
     diagonal: float  # of the points' bounding box, 0 without points
-    has_sorted_cells: bool = (
-        False  # whether cells are roughly sorted by their lowest point number; else in the order of the input
-    )
+    has_sorted_cells: bool = False  # whether cells are roughly sorted by their lowest point number; else in the input's order
     is_part: bool = False  # whether a larger mesh around it gave `middle`, `scale`, `diagonal`; `restored` then checks nothing
 
     @cached_property

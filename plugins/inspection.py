@@ -34,7 +34,7 @@ def get_surface_measures(layer: Layer) -> Edit:
     """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
     Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports whether
-    the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed surfaces), the mean
+    the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and oriented), mean
     edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
     the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
     """
@@ -138,7 +138,7 @@ def compute_scalar_by_displacement_per_vertex(
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.
         correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
             'auto' takes 'vertex' if the two layers have the same faces.
-        signed: Values are negative on the inner side of the reference; 'vertex' measures along the normals of the reference.
+        signed: Values are negative on the inner side of the reference; for 'vertex' they are the components along its normals.
     """
     other = layer.other(reference)
     result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)

@@ -217,7 +217,7 @@ class CloudSample:
         heights, gains = predicted_heights(self.points, self.rings, self.normals, held, mask_of(held, len(self.points)))
         sizes = heights / np.sqrt(1.0 + gains**2)
         level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
-        # Uniform noise from random numbers; the sign of the normal does not change it.
+        # Uniform noise times the sign of the height: so the sign of the normal does not change the points.
         random = 2.0 * ((lengths_around(self.points, self.pairs, 1.0)[held] * 1301.0) % 1.0) - 1.0
         added = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * random * np.sign(heights)
         points = self.points.copy()

@@ -43,7 +43,7 @@ BLOCK = 8
 _FIRST_TEST, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
 #: Vectors added to the size at the first test, and ten times as many to the limit.
 _SMALL = 40
-#: Every so many blocks, the block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
+#: After this many blocks a block is made orthogonal to the locked (known) modes again: rounding slowly brings them back.
 _RENEWAL = 2
 #: Columns that are processed between two calls of `progress`.
 _TOGETHER = 16

@@ -73,7 +73,7 @@ def filter_without_eigenvectors(
 
     Raises:
         FilterInputError: the route "polynomial" would need too high a degree.
-        ConvergenceError: the systems of the rational route cannot be solved.
+        ConvergenceError: the systems of the rational route cannot be solved, or S is not positive semidefinite.
     """
     mass = problem.mass
     deviations, means = _split_at_means(problem, values if values.ndim == 2 else values[:, None])

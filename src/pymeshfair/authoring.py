@@ -38,7 +38,7 @@ class Recipe(FilterMethods):
         recipe.save("clean.mlx")
         recipe.run("scan.ply", "clean.ply")
 
-    Two recipes are equal if their scripts are equal; a value that is left out is its default.
+    Two recipes are equal if their scripts are equal; a value that is left out counts as the default.
     """
 
     __hash__ = None  # type: ignore[assignment]  # a recipe is mutable
@@ -159,7 +159,7 @@ def run(
         settings: values that override settings of the recipe, by name.
         set: texts ``NAME=VALUE`` or ``STEP.PARAM=VALUE`` that override values, as on the command line; or one text.
         others: mesh files for the layers 1, 2 ... that the recipe names; or one file.
-        overwrite: replace any existing `output`; otherwise only the unchanged output of a run with the same inputs and recipe.
+        overwrite: replace any `output`. False replaces only an unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
         unit: the unit of the scan, mm, cm, m, in, ft or um; a limit such as ``0.05mm`` needs it.

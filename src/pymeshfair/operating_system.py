@@ -115,7 +115,7 @@ class System:
             target.touch()
 
     def flush(self, path: Path) -> None:
-        """Waits until a file is on the disk, or with POSIX the directory entries of a folder."""
+        """Waits until a file, or with POSIX the list of files in a folder, is on the disk."""
         if not self.is_posix and not path.is_file():
             return
         descriptor = os.open(path, os.O_RDONLY if self.is_posix else os.O_RDWR)

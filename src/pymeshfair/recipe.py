@@ -71,7 +71,7 @@ class Recipe:
 
     @cached_property
     def text(self) -> str:
-        """The text of the .mlx file, with every parameter value."""
+        """The text of the .mlx file, also with default values, see `format_script`."""
         return format_script(self.script)
 
     @property

@@ -1,7 +1,7 @@
 """Checks the output files before a run, and writes the resulting mesh to the staging folder.
 
-Textures keep the bytes of the input and go to the folder of the output. A texture replaces a file only if a former run to this
-output wrote that file, and the file has not changed since.
+Textures keep the bytes of the input and go to the folder of the output, but those of .glb go into it. A texture replaces a file
+only if a former run to this output wrote that file, and the file has not changed since.
 """
 
 import os
@@ -139,10 +139,10 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
                 return target, True
             if former_digest == recorded_digest(record, target):
                 return target, False
-    raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
+    raise OutputError(output, f"no free name for the texture {name!r} in its folder; clear the folder, or name another output")
 
 
-WORTH_A_WARNING, DESTROYED = 1e-3, 0.5  # limits of the rounding of vertices, as shares of the mean edge
+WORTH_A_WARNING, DESTROYED = 1e-3, 0.5  # limits of the rounding of vertices, as shares of the resolution, see `save_mesh`
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float],
     rounding = float(np.abs(mesh.vertices).max()) * kind.rounding
     if rounding < WORTH_A_WARNING * resolution:
         return []
-    effect = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"
+    effect = f"rounds coordinates of this size by up to {rounding:.2g}, and vertices are about {resolution:.2g} apart"
     if rounding > DESTROYED * resolution:
         raise OutputError(output, f"the format {effect}; .ply keeps every digit")
     return [f"{output.name} {effect}; .ply keeps every digit"]

@@ -31,7 +31,7 @@ _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
 #: radius in pixels of the dots that draw clouds and polylines
 _DOT = 1.1
-#: the largest number of dots that draw an edge; edges may reach far beyond a close-up
+#: the largest number of steps between the dots of an edge; edges may reach far beyond a close-up
 _LONGEST = 20_000
 
 #: shares of ambient, diffuse and specular light, for the faces of a mesh without colours

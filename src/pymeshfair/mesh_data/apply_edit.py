@@ -27,7 +27,7 @@ _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 
 
 def checked_edit(edit: Any, layer: Layer) -> Edit:
-    """Returns the edit with the array types of `Edit`; raises a `MeshError` whose text continues the name of the filter."""
+    """Returns the edit with the array types of `Edit`; callers put the name of the filter before the text of a `MeshError`."""
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
     changes: dict[str, Any] = {}
@@ -74,7 +74,7 @@ def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
 
 
 def _checked(name: str, value: Any, rows: int, of: str = "") -> NDArray[Any]:
-    """Returns an array of an edit, or `of` its new layer, in its declared type; refuses a wrong type, shape or value."""
+    """Returns an array of an edit in its declared type; refuses a wrong type, shape or value. `of` follows `name` in messages."""
     dtype = np.bool_ if name in _FLAGS else np.float64
     array = np.asarray(value)
     if array.dtype != dtype and (name in _FLAGS or not np.issubdtype(array.dtype, np.number)):
@@ -220,11 +220,11 @@ def _extended(values: NDArray[Any], count: int, fill: int = 0) -> NDArray[Any]:
 def _find_donors(
     points: Floats, faces: Ints, added_faces: Ints, old: int, may_donate: Bools, textures: Ints
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Returns (a,) the rim vertex nearest to each added vertex, and (b,) a face at the rim vertex nearest to each added face.
+    """Returns (a,) the rim vertex nearest to each added vertex, (b,) a donor at the rim vertex nearest to each added centroid.
 
-    Donors are the old faces in the (m,) mask `may_donate`. A patch, of connected added faces, gets the one of the (m,) `textures`
-    whose donors share the most vertices with it. These vertices, for all patches of a texture, are its rim. For a patch without
-    them, or a vertex without faces, the rim has all donor vertices. A face lies at its centroid. The first `old` points are old.
+    Donors are the old faces in the (m,) mask `may_donate`. A patch of connected added faces gets the one of the (m,) `textures`
+    whose donors share the most vertices with it. The rim of a texture is all vertices that its donors share with its patches.
+    For a patch without such vertices, or a vertex without faces, the rim is all vertices of donors. `old` counts old points.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)

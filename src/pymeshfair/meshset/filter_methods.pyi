@@ -3052,8 +3052,8 @@ class FilterMethods(metaclass=LateMethods):
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
                 reference; 'auto' takes 'vertex' if the two layers have the same faces.
-            signed: Values are negative on the inner side of the reference; 'vertex' measures along the normals of the
-                reference.
+            signed: Values are negative on the inner side of the reference; for 'vertex' they are the components along its
+                normals.
             color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
 
         Returns:
@@ -5671,9 +5671,9 @@ class FilterMethods(metaclass=LateMethods):
         """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
         Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports
-        whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
-        surfaces), the mean edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean
-        angle in degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
+        whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and
+        oriented), mean edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle
+        in degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

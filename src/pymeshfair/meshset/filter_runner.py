@@ -26,7 +26,7 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Applies filters of MeshLab and of plugins; in steps, layers have their ids in scripts (`Workbench.without_helpers`)."""
+    """Applies filters of MeshLab and of plugins; steps have the ids of layers in scripts (`Workbench.without_helpers`)."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench
@@ -49,7 +49,7 @@ class FilterRunner:
 
     def values(self, filter_name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the values of `pymeshlab.MeshSet.filter_parameter_values`, also for filters of plugins."""
-        if not is_known(filter_name):  # such as a file extension; `known_filter` takes longer, as it looks for similar names
+        if not is_known(filter_name):  # the name may be a file extension; `known_filter` would search for similar names
             with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(self._builtins.ask(filter_name, **values))
         declared = known_filter(filter_name)
@@ -129,7 +129,7 @@ class ScriptLog:
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
-        """Applies each step in turn, yields its result, and keeps its size; raises `ScriptStepFailedError` if a step fails."""
+        """Applies each step in turn, yields its result, and keeps `Step.size`; raises `ScriptStepFailedError` if a step fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 result, done = apply_step(step)
@@ -141,7 +141,7 @@ class ScriptLog:
             yield result, done
 
     def save(self, file: str, current: Callable[[], Layer]) -> None:
-        """Writes the steps to an .mlx file; steps that were not applied have their absolute lengths from the current layer."""
+        """Writes an .mlx file; relative lengths of steps that were not applied get absolute values for the current layer."""
         script = Script((), settings=self._settings).with_steps(_sized(step, current) for step in self.steps)
         write_script(script, Path(file), overwrite=True)
 

@@ -62,7 +62,7 @@ def print_filter_parameter_list(filter_name: str) -> None:
 
 
 def search(words: str) -> None:
-    """Prints the filters with all words in their name or description; filters with more words in the name come first."""
+    """Prints the filters with all words in their name or description; filters with more of them in the name come first."""
     searched = re.findall(r"[a-z0-9]+", words.lower())
 
     def text(declared: Filter) -> str:

@@ -82,9 +82,10 @@ def shortened(text: str) -> str:
 
 
 def checked_name(name: str, of_what: str) -> str:
-    """Returns a setting's name or a step's tag; it must consist of letters, digits and underscores, with no digit first."""
+    """Returns a setting's name or a step's tag: up to 80 ASCII letters, digits and underscores, no digit first."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,79}", name):
-        raise ParameterError(f"the {of_what} {shortened(name)!r} must consist of letters, digits and underscores, no digit first")
+        rule = "must consist of letters, digits and underscores (ASCII, at most 80), no digit first"
+        raise ParameterError(f"the {of_what} {shortened(name)!r} {rule}")
     return name
 
 
