@@ -12,9 +12,10 @@ _LEAST_PIVOT = 1e-4
 
 @compiled(nogil=True)
 def height_of_quadric(samples: Floats, count: int, most: float, work: Floats) -> tuple[float, float]:
-    """Fits a quadric to weighted heights; returns its value at u = v = 0, and its standard deviation if each height has 1.
+    """Fits a quadric to weighted heights; returns its value at u = v = 0, and the standard deviation of this value.
 
-    It fits a plane to fewer than eight samples or to samples on a conic. If the plane fails too, it takes the mean.
+    The heights count as independent, with the standard deviation 1. Fewer than eight samples, or samples on a conic, get a plane
+    instead of a quadric; if the plane fails too, the mean.
 
     Args:
         samples: (4, at least `count`) rows: coordinates u and v, of a size around 1; heights; weights above 0.

@@ -120,7 +120,7 @@ class Scan:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
         It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
-        `noise_floor`, which is right if noise is equally strong everywhere and needs `scored` vertices. Exact planes have 0.
+        `noise_floor`, which suits noise that is equally strong everywhere. A mesh that consists of exact planes has 0.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -181,7 +181,7 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at `initial_positions`; `by_means` takes means of neighbours for them, since
+        fits the surface. Held-out vertices start at `initial_positions`, with `by_means` at the means of their neighbours:
         positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
         n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
         and `stays` are those of `cross_validate`; `progress` None is that of the scan.

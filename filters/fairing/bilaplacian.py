@@ -86,8 +86,8 @@ def bilaplacian_smoothing(
         border: "fixed": border vertices stay. "along": the border is smoothed first, as a curve, by the same energy; then it
             stays while the interior is smoothed. "free": border vertices move with the interior, and stay near their old places.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        on_irregular: called if very uneven triangles make spikes or equations that cannot be solved. The components with spikes,
-            or else all, are then smoothed by connectivity alone, see `evened_operator`; the argument is their number of vertices.
+        on_irregular: called if very uneven triangles make spikes or equations that cannot be solved. Then the components with
+            spikes (or all) are smoothed by connectivity alone, see `evened_operator`; the argument is their number of vertices.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
             vertices, up to 3 s may pass between two calls.
 

@@ -71,8 +71,8 @@ def tangential_smoothing(
         faces: (m, 3) triangles.
         weight: w, above 0, without unit. With a larger weight vertices move less in each iteration.
         iterations: number of steps. More steps give better triangles, up to a point.
-        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units; a fifth of it for
-            moves at sharp edges. Larger allows better triangles. None: 5 % of the mean edge. Vertices stay on the input.
+        max_deviation: the largest distance of the middles of triangles and edges from the input, in mesh units; a fifth of it at
+            sharp edges. Larger allows better triangles. None: 5 % of the mean edge. Vertices stay on the input.
         flip_edges: whether edges are flipped too; all four vertices of their two triangles must be movable.
         movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the finished share; may raise to stop.
@@ -263,7 +263,7 @@ def _flip_pass(
                 if square > min(near[a], near[b], near[c], near[d], near[i], near[j], near[m]):
                     far = True
                     break
-            # If f's fan around c has not all faces at c, another fan at c may already have an edge to d.
+            # An edge from c to d must not exist yet: `fan_size` is -1 if f's fan around c has it; other fans at c may have it.
             if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
                 continue
             flip(faces, across, f, k)

@@ -16,11 +16,9 @@ from .eigenpairs import lowest_eigenpairs
 from .eigenvector_free import fused_row_product, symmetric_form
 from .problem import SpectralProblem, about_centroids, check_size, spectral_problem
 
-#: Bands per octave.
-BANDS = 3
+BANDS = 3  # per octave
 #: Waves shorter than this share of the mean edge go into the last band: only slivers have such modes.
 SHORTEST = 0.5
-#: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
 #: The largest total mass that is added at slivers, as a share of the area.
 _ADDED = 1e-4
@@ -151,7 +149,7 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     stiffest = np.argsort(-ratio, kind="stable")
     # With the mass S_ii / bound, vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
-    # bounds[k] rises as long as the next ratio is above it. At the maximum no vertex after the first k + 1 has a higher ratio.
+    # bounds[k] rises as long as the next ratio is above it. At the maximum no vertex after the first k + 1 has a ratio above it.
     bound = float(bounds.max(initial=0.0))
     if not bound > 0.0:
         return problem

@@ -317,7 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses to replace files about a batch, unless `overwrite` is set, or the journal there is empty or has an outcome."""
+        """Refuses to replace files about a batch without `overwrite`, unless the folder's journal is empty or has an outcome."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):

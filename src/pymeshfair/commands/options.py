@@ -28,12 +28,11 @@ Tolerance = Annotated[str | None, Option(metavar="LENGTH", help="The allowed dis
 Limits = Annotated[str | None, Option(metavar="LOW,HIGH", help="The ends of the colour bar: -0.1,0.1 or -0.1mm,0.1mm.")]
 Report = Annotated[Path | None, Option(metavar="OUT.html", help="Write a report as a page that needs no network.")]
 Up = Annotated[Literal["y", "z"] | None, Option(help="The upright axis in pictures; by default y.")]
-#: the extensions of reports
 PAGES = ("html", "htm")
 
 
 def refuse_unused(why: str, **unused: object) -> None:
-    """Refuse options that would do nothing, by name, if one has a value."""
+    """Refuse an option that was given and would do nothing; `unused` has the values of such options by name."""
     for name, value in unused.items():
         if value not in (None, []):
             raise typer.BadParameter(why, param_hint=f"--{name}")

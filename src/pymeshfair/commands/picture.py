@@ -29,7 +29,7 @@ def picture(
     ] = "plain",
     view: Annotated[
         str,
-        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="The side seen, or degrees to the right and upwards."),
+        Option(metavar="front|back|left|right|top|bottom|iso|AZ,EL", help="A side, or degrees that the eye moves right and up."),
     ] = "front",
     up: options.Up = None,
     zoom: Annotated[

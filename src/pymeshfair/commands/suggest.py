@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: a scan without outliers and with less noise than this, in mean edges, counts as clean in trials: meshing gives up to 0.017
+#: a scan without outliers and with less noise than this, in mean edges, is clean in trials: clean level sets have up to 0.017
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6
@@ -94,9 +94,10 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits; `FILTER`'s mean displacement ``drift`` counts as the noise if above twice ``noise``, as with impulses."""
+    """The traits, corrected by what `FILTER` found."""
     if values is None:
         return traits
+    # With impulses ``drift``, the mean displacement by `FILTER`, is far above the noise: then it counts as the noise.
     uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
     noise = 0.0 if values["shape"] == "clean" else values["drift"] if uneven else traits["noise"]
     return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}

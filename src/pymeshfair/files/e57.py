@@ -51,7 +51,7 @@ def doubts_of(missing: int) -> tuple[str, ...]:
 
 
 def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
-    """Returns the declared number of points, measured or not, warnings about fields that some scans lack, and other contents."""
+    """Returns the declared number of points (measured or not), warnings about fields that some scans lack, and lost contents."""
     with _opened(path) as file:
         survey = _Survey(file)
         return survey.declared, survey.doubts, _extras(file, survey.headers)

@@ -1,6 +1,6 @@
 """Reads glTF 2.0 files, text or binary: joins the meshes of the scene, and checks that all values it reads lie in their buffers.
 
-Writes binary files: one mesh with embedded images, and one primitive for each pair of a texture and a face colour.
+Writes binary files: one mesh with embedded images, a primitive for each pair of a texture and a face colour, and one for edges.
 """
 
 import base64

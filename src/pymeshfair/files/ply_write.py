@@ -55,7 +55,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             target.write(kept_bytes)
             last = bytes(kept_bytes[-1:]) or last
         elif is_text:
-            target.write(b"" if last.isspace() else b"\n")  # kept bytes lack it if the source file ends without a line end
+            target.write(b"" if last.isspace() else b"\n")  # the source file may end without a line end
             target.writelines(_lines(table))
             last = b"\n"
         else:
@@ -236,7 +236,7 @@ def _custom(
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the file's columns if colours are unchanged, else new ones in the file's range; bytes for channels it lacks."""
+    """Returns the file's columns if colours are unchanged, else new ones in the file's range, or bytes for new channels."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR

@@ -24,7 +24,7 @@ from .scenes import Assembly
 
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
 _REMARK = re.compile(r"#[^\n\r]*")
-#: patterns: the beginning of a list of numbers, which is kept as one text; a word of a field; the strings of a field
+#: patterns: the beginning of a list of numbers, which is kept as one text; a value of a field; the strings of a field
 _NUMBERS = re.compile(r"[\s,]*(?:#[^\n\r]*[\s,]*)*(?:[-+.\d]|nan|inf)", re.IGNORECASE)
 _WORD = re.compile(r'[-+.0-9"]|(?:TRUE|FALSE|NULL|nan|inf)\Z')
 _TEXTS = re.compile(r'"((?:[^"\\]|\\.)*)"|\'([^\']*)\'|(\S+)')

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _MOST_PIECES = 5
 #: the most areas out of tolerance that are listed
 MOST_AREAS = 20
-#: a measure, its words, and whether it has a row even if all are 0 or unknown (for clouds and runs by tiles: if one is known)
+#: a measure, its words, and whether it has a row if all values are 0 or unknown; for clouds and runs by tiles one must be known
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),

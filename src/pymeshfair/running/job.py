@@ -136,7 +136,7 @@ class StepFinished:
 
 @dataclass(frozen=True)
 class Message:
-    """A message for the user, from a filter (``"info"``) or about something that the run could not keep (``"warning"``)."""
+    """A message for the user about a step or the run."""
 
     text: str  # a sentence
     level: Literal["info", "warning"] = "info"
