@@ -54,10 +54,10 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: For weights, shorter edges than this share of the mean edge count as that long, so that weights stay finite. 32-bit
-#: coordinates do not resolve shorter edges.
+#: In weights, edges shorter than this share of the mean edge have this length, so that weights stay finite. 32-bit coordinates
+#: do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: For cotangents, the doubled area of a triangle is at least this share of its summed squared edges: they stay below 1e10.
+#: In cotangents, the doubled area of a triangle is at least this share of its summed squared edges: cotangents stay below 1e10.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
 # Up to this number, the ends of edges at a vertex are sorted by insertion, which takes quadratic time.
