@@ -218,8 +218,8 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     """L p_i = 1 / (2 A_i) sum_j (cot a_ij + cot b_ij) (p_j - p_i), A_i the mixed Voronoi area [meyer2003].
 
     L p is -2 H n with the normal n and the mean curvature H, positive on bulges. On a sphere it points inwards and tends to
-    -2 p / r^2. On subdivided icosahedra of edge length h the error is of the order h at the worst vertices, h^1.4 in the mean
-    square, and 0 at the vertices of valence 5, whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at
+    -2 p / r^2. On subdivided icosahedra of edge length h the error is of the order h at the worst vertices, h^1.4 in the root
+    mean square, and 0 at those of valence 5, whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at
     these vertices at every level. The unit of L is one over a squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))
