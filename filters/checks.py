@@ -24,7 +24,7 @@ def _restored(kind: type[PymeshfairError], arguments: tuple[Any, ...], attribute
 
 
 class FilterInputError(PymeshfairError, ValueError):
-    """The technique is not defined for this mesh or parameter; the message has the value, the reason and the remedy."""
+    """The technique is not defined for this mesh or parameter; the message says why."""
 
 
 class UnstableStepError(FilterInputError):

@@ -54,10 +54,10 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
     "laplace_beltrami": "scale_dependent",
     "robust": "scale_dependent",
 }
-#: For weights, shorter edges than this share of the mean edge count as that long, so that weights stay finite. 32-bit
-#: coordinates do not resolve shorter edges.
+#: In weights, edges shorter than this share of the mean edge have this length, so that weights stay finite. 32-bit coordinates
+#: do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
-#: For cotangents, the doubled area of a triangle is at least this share of its summed squared edges: they stay below 1e10.
+#: In cotangents, the doubled area of a triangle is at least this share of its summed squared edges: cotangents stay below 1e10.
 SMALLEST_AREA = 1e-10
 NEVER_ZERO = 1e-300  # is added to divisors
 # Up to this number, the ends of edges at a vertex are sorted by insertion, which takes quadratic time.
@@ -218,8 +218,8 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     """L p_i = 1 / (2 A_i) sum_j (cot a_ij + cot b_ij) (p_j - p_i), A_i the mixed Voronoi area [meyer2003].
 
     L p is -2 H n with the normal n and the mean curvature H, positive on bulges. On a sphere it points inwards and tends to
-    -2 p / r^2. On subdivided icosahedra of edge length h the error is of the order h at the worst vertices, h^1.4 in the mean
-    square, and 0 at the vertices of valence 5, whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at
+    -2 p / r^2. On subdivided icosahedra of edge length h the error is of the order h at the worst vertices, h^1.4 in the root
+    mean square, and 0 at those of valence 5, whose neighbours are symmetric. With barycentric areas L would be 15 % wrong at
     these vertices at every level. The unit of L is one over a squared length, so a step counts in squared mesh units.
     """
     areas = np.empty(len(vertices))

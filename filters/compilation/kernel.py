@@ -157,7 +157,7 @@ class Kernel:
         if not self._is_parallel:
             return code(*arguments)
         set_number, lock = start_threads()
-        with lock:  # without OpenMP, as on a bare Linux and on macOS, two calls at once would crash the process
+        with lock:  # without OpenMP (macOS, Linux without libgomp) two calls at once would crash the process
             set_number(allowed_threads())
             return code(*arguments)
 
@@ -173,7 +173,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # two copies of the code would share numba's environment object, which the end of one copy may free
+        with _LOADING:  # two copies of the code would share one environment object, which deleting a copy may free
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)
@@ -204,7 +204,7 @@ class Kernel:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The hash of everything that determines the machine code, except the argument types."""
+        """The hash of the function, of all that it uses, and of numba's options."""
         return fingerprint(self.py_func, self.options)
 
     @property
@@ -302,7 +302,7 @@ def listed_signatures() -> Signatures:
 
 
 def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, processes: int | None = None) -> list[str]:
-    """Compiles all kernels that are not stored yet, in `processes` (None: one per processor); returns messages of failures."""
+    """Compiles all kernels that are not stored yet, in `processes` (None: `most_threads`); returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
     compilers = [Compiler() for _ in range(count)]

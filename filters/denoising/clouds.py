@@ -148,7 +148,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
 
 
 def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
-    """Returns (m, 3) unit means of each normal and its neighbours' normals, flipped to agree with that normal, as in MeshLab.
+    """Returns (m, 3) the unit mean of each normal and its neighbours' normals, flipped if they oppose it, as in MeshLab.
 
     `normals` are (n, 3) unit normals of any sign; `indices` has the (m, k) neighbours of the first m points.
     """

@@ -64,9 +64,9 @@ def close_holes(
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
     triangulation, and each round makes it more regular. If a patch bends more than `SHARP` times as much at its rim as the
-    mesh around, its edges get shorter: a narrow hole between unlike sides needs more edges to be smooth. A filling of more than
-    `MOST_VERTICES` gets larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves
-    new vertices out of the box of their rim by more than `FURTHEST`, the next lower energy places them.
+    mesh around, its edges get shorter, so that it can bend smoothly. A filling of more than `MOST_VERTICES` vertices gets larger
+    triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new vertices out of
+    the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
@@ -75,8 +75,8 @@ def close_holes(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        max_edges: holes with more rim edges stay open; at least 3. Edges of islands do not count, but
-            a hole stays open if its rim and islands have more edges than `MOST_JOINED` and `max_edges`.
+        max_edges: holes with more rim edges stay open; at least 3. Edges of islands do not count, but a hole stays open if its
+            rim and islands together have more edges than the larger of `MOST_JOINED` and `max_edges`.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
@@ -367,5 +367,5 @@ def remesh_region(
     )
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():
-            raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select a ring more or less")
+            raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select one ring more, or one ring less")
     return chosen, filling

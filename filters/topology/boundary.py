@@ -224,7 +224,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the (n,) free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
+    """Returns the free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
 
     Border vertices of the mesh and vertices without a triangle are not free in the result.
     """

@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
 Attributes that MeshLab cannot hold stay outside MeshLab, and return to the elements that still exist. A custom attribute in
-MeshLab has the number of each vertex and face. A filter that makes a new mesh loses the numbers, and so the attributes outside.
+MeshLab has the number of each vertex and face. A new mesh of a filter has no numbers, so it gets none of these attributes.
 """
 
 import re

@@ -132,7 +132,7 @@ def test_a_wrap_tells_what_it_closes_in(tmp_path: Path) -> None:
     vertices, faces = icosphere(4)
     scan = _saved(tmp_path / "balls.ply", (vertices, faces), (np.sqrt(0.5) * vertices, faces))
     result = pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "10%", "offset": "0.5%"})
-    assert result.steps[-1].messages[-1].startswith("33.3% of the scanned area is closed in")
+    assert result.steps[-1].messages[-1].startswith("33.3% of the scanned area is enclosed")
     assert "the recipe prepare_for_print keeps its surface" in result.warnings[-1]  # it prints as it is
 
 

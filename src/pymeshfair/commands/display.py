@@ -54,7 +54,7 @@ _INDENT = " " * 6
 
 
 def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
-    """Lines about the recipes that fit, the best first, with reasons; then one line for each other recipe."""
+    """Lines about the recipes that fit, the best first, with reasons; then the other recipes, each with a reason."""
     fitting = [s for s in recipes if s.fits]
     if not fitting:
         yield "no recipe is for such a mesh"

@@ -188,7 +188,7 @@ class _Reader:
         if len(places) < least or max(places) >= stride:
             raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
-            raise ContentsError(f"an accessor of it takes {count:,} x {stride:,} of {len(values):,} numbers")
+            raise ContentsError(f"an accessor of its {name} needs more than its {len(values):,} numbers: {count:,} x {stride:,}")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
         self._sources[key] = values[rows]
         return self._sources[key]

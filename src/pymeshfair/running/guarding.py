@@ -178,7 +178,7 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     mean_distance = np.abs(Surface.of(scan.vertices, scan.faces).nearest(wrap.vertices).signed).mean()
     depths = np.abs(Surface.of(wrap.vertices, wrap.faces).nearest(scan.vertices[scan.faces].mean(axis=1)).signed)
     share = areas[depths > 2.0 * mean_distance].sum() / max(areas.sum(), np.finfo(np.float64).tiny)
-    return f"{share:.1%} of the scanned area is closed in: inside, or in hollows narrower than alpha; a smaller alpha closes less"
+    return f"{share:.1%} of the scanned area is enclosed: inside, or in hollows narrower than alpha; less with a smaller alpha"
 
 
 def _faults(kind: str, vertices: Floats, cells: Ints, advice: str = "", subject: str = "the written file") -> Iterator[Breach]:

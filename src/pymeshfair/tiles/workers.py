@@ -175,7 +175,7 @@ class Tasks:
         except CancelledError as error:
             raise LostSchedulerError from error
         except LostProcessError as error:
-            raise TileError(f"a tile ended every worker that began it ({error}), perhaps for lack of memory") from error
+            raise TileError(f"the worker of a tile ended every time ({error}), perhaps for lack of memory") from error
         except Exception as error:  # errors of dask, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
         if done.peak_memory is not None:

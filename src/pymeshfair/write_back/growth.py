@@ -113,7 +113,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Not used: up to six corners (of the seed before and after subdivision), and of the rest two in three, see `divided`.
+        # Not used: up to six corners (of the seed before and after subdivision), and two in three of the others; see `divided`.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
