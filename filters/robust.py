@@ -37,7 +37,7 @@ KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KE
 SMALLEST_DEVIATION = 1e-6
 #: `KERNEL_CODES` as constants.
 L2, L1, TRUNCATED_L2, TRUNCATED_L1, HUBER, LORENTZIAN, GAUSSIAN, TUKEY, HAMPEL = range(len(KERNEL_NAMES))
-#: Hampel's a1, a2, a3 in sigmas: psi is x up to a1, constant up to a2, and falls to 0 at a3. Hampel's 2, 4, 8 need sigma = 2.
+#: Hampel's a1, a2, a3 in sigmas: psi is x up to a1, constant up to a2, and falls to 0 at a3. Sigma 2 gives Hampel's 2, 4, 8.
 A1, A2, A3 = 1.0, 2.0, 4.0
 # ln 2 as a sum. The first term has few digits, so its products with whole numbers up to 2^20 are exact.
 _LN2_HIGH, _LN2_LOW = 0.69314718036912381649, 1.90821492927058770002e-10
@@ -256,7 +256,7 @@ def robust_deviation(residuals: ArrayLike) -> float:
 
 
 def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> float:
-    """Returns a local minimum m of sum rho(x_i - m) [huber1964]: m <- sum g_i x_i / sum g_i from the median, with weights g_i.
+    """Returns a local minimum m of sum rho(x_i - m) [huber1964], by reweighted means that start from the median.
 
     Args:
         x: (n,) at least one sample.
@@ -274,8 +274,8 @@ def robust_mean(x: ArrayLike, *, kernel: KernelName = "huber", sigma: float | No
 def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sigma: float | None = None) -> Line:
     """Returns the line that minimises sum rho(y_i - slope x_i - intercept), by iteratively reweighted least squares.
 
-    The iteration starts with the line of "l1". It finds the global minimum for convex rho ("l2", "l1", "huber"), and the local
-    minimum near the start for other kernels.
+    All kernels but "l2" start with the line of "l1". The result is the global minimum for convex rho ("l2", "l1", "huber"), and
+    the local minimum near the start for other kernels.
 
     Args:
         x: (n,) at least two values, not all equal.

@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # clipped at one bound for all vertices, even with `near`, to be compared with noise levels
+    errors: Floats  # clipped at one bound for all vertices, even with `near`, so that they are comparable with noise levels
     excess: Floats
     uncertainty: Floats
     best: int
@@ -71,10 +71,10 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     """Scores k candidates by (k, h) deviations r at h held-out vertices, in mean edges.
 
     A deviation counts as q = min(|r|, max(4 m, 0.05))^2; m is the median of |r| of the candidate with the least median. With
-    (h, c) indices `near`, each vertex has its own m: the median of this candidate's |r| over its row of `near`. Clipping limits
-    the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. Each candidate's share of `flipped`
-    faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least mean q. The
-    excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
+    (h, c) indices `near`, each vertex has its own m: the median of |r| of the same candidate over the vertex's row of `near`.
+    Clipping limits the effect of outliers; the bound 0.05 serves meshes of exact planes, whose median is 0. A candidate's share
+    of `flipped` faces (one number for all, or (k,) numbers), times 0.3^2, is added to its q. The best candidate b has the least
+    mean q. The excess of candidate k is the mean of q_k - q_b over the vertices, its uncertainty the standard error of this mean.
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
@@ -160,7 +160,7 @@ def _race(
     near: Ints,
     progress: Progress,
 ) -> Bools:
-    """Runs the families in parallel, fills in `rows` (deviations) and `flipped` (shares), and returns the candidates reached.
+    """Runs the families in parallel, fills in `rows` (deviations) and `flipped` (shares), and returns which candidates ran.
 
     A family stops once its result is more than two standard errors behind the best so far and worse than its previous result.
     The amount of smoothing rises within a family, so its errors first fall and then rise.

@@ -203,7 +203,7 @@ class _Parts(NamedTuple):
 def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, int, float]:
-    """Finds the largest distance, its place and face, and an upper bound: splits parts with a bound above `_PROVEN` times it."""
+    """Finds the largest distance, its place and face, and an upper bound, see `_PROVEN`; splits faces that may be farther."""
     used = np.zeros(len(points), np.bool_)
     used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances

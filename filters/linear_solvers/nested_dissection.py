@@ -15,7 +15,7 @@ from .conjugate_gradients import CompressedRows
 _LEAF = 16
 #: In `_cut` a level costs its size times 1 + `_UNEVEN` |s - 1/2|; s is the share of the part's vertices up to the level's end.
 _UNEVEN = 0.5
-#: A large graph is cut into this many parts, which threads share.
+#: A large graph is first cut into at least this many parts, which threads share.
 PARTS = 8
 #: A vertex with more than `_HUB` sqrt(n) neighbours comes last in the order, because the levels around it are wide.
 _HUB = 10.0
@@ -113,7 +113,7 @@ def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, boun
             i = np.uint32(queue[now])  # unsigned: the compiler would test a signed index for being negative
             for p in range(matrix.indptr[i], matrix.indptr[i + np.uint32(1)]):
                 j = np.uint32(matrix.indices[p])
-                queue[end] = j  # if j is not inside, the next entry overwrites it: a branch would be unpredictable
+                queue[end] = j  # if j is not inside, the next entry overwrites it; this avoids an unpredictable branch
                 end += inside[j]
                 inside[j] = False
     return depth

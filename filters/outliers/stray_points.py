@@ -16,9 +16,9 @@ from .local_outlier_probability import standard_distances
 
 # Points of at most this thickness are flat: most points on surfaces with noise of 0.4 spacings, 3 % of those that fill space.
 _FLAT = 0.06
-# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Above `_FULL` parts need `_MORE` times `smallest_part`.
+# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Parts above `_FULL` need `_MORE` times `smallest_part`.
 _FULL, _MORE = 0.14, 3
-# For linked points the spacing limit is larger by this factor: at 25 points per square metre, foliage has 2.7 times the median.
+# For linked points the spacing limit is this factor larger: at 25 points per square metre, spacings in foliage are 2.7 medians.
 _FOLIAGE = 2.0
 #: Number of rounds in which points linked to the surface join it.
 JOINED = 2

@@ -131,7 +131,7 @@ class Parameter:
     python_type: typing.ClassVar[Any] = object  # the type that the function of a filter receives
 
     def check(self, value: Any) -> Any:
-        """Converts an allowed value to the type that the filter receives; raises `ParameterError` for other values."""
+        """Returns an allowed value as int, float, `Length` and so on, or as "auto"; raises `ParameterError` for other values."""
         raise NotImplementedError
 
     def describe_allowed(self) -> str:

@@ -24,7 +24,7 @@ ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
 WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
 EDGE = ("vertex1", "vertex2")
-#: by element, groups of properties; a complete group becomes an attribute of `MeshData`, other properties custom attributes
+#: groups of properties by element: a complete group becomes an attribute of `MeshData`; for others see `PlyDocument.custom`
 _GROUPS = {"vertex": (PLACE, NORMAL, COLOR, (SCALAR,), (RADIUS,)), "face": (COLOR, (SCALAR,), (TEXTURE_NUMBER,)), "edge": (EDGE,)}
 
 

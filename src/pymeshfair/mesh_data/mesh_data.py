@@ -108,7 +108,7 @@ class MeshData:
         )
 
     def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
-        """Returns the vertices of an (n,) mask and edges and faces between them, without faces outside an (m,) mask `faces`."""
+        """Returns the vertices in an (n,) mask, and edges and faces between them; of the faces only those in an (m,) mask."""
         number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
         kept_faces = vertices[self.faces].all(axis=1)
         if faces is not None:
@@ -136,7 +136,7 @@ class MeshData:
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
-        inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # also of a matrix that flattens
+        inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # or the adjugate, if singular
         turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 

@@ -233,7 +233,7 @@ class Pool:
     def __init__(
         self, most: int = 1, threads: int | None = None, modules: Sequence[str] = (), *, rest_after: float | None = None
     ) -> None:
-        """See the class; idle processes are ended after `rest_after` seconds, or kept if it is None."""
+        """See the class; idle processes are ended `rest_after` seconds after the last return, or kept if it is None."""
         self._rest_after = rest_after
         self._clock = threading.Timer(0.0, self.rest)
         self.most = most

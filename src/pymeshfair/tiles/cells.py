@@ -71,7 +71,7 @@ class Column:
             file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def gather(self, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Returns the given rows, an array of any shape, through a memory map; use it for few rows that lie in groups."""
+        """Returns rows by an array of indices of any shape, through a memory map; use it for few rows that lie in groups."""
         if not rows.size:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         mapped = np.memmap(self.path, self.dtype, "r")

@@ -106,7 +106,7 @@ class Surface:
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
-        """Removes the files that `order_faces` has read."""
+        """Removes the files that `order_faces` reads."""
         for bucket in range(len(self.buckets) - 1):
             self._raw(bucket).unlink(missing_ok=True)
 
@@ -216,7 +216,7 @@ class MeshTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the file of final coordinates, by slot."""
+        """Returns the file of final coordinates, sorted by number within each tile."""
         return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
