@@ -47,7 +47,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected vertices, the largest and the mean probability.
 
     Args:
-        neighbors: The number of neighbours to compare with: more than a stray clump has points. More give steadier
+        neighbors: The number of neighbours to compare with: more than the points of a stray clump. More give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
         extent: The probability is 0.68 at this many standard deviations beyond the usual distance. Larger gives lower
             probabilities, so fewer points are selected.
@@ -55,7 +55,7 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
-    kind = f"outliers of their neighbourhood by a probability above {threshold:g}"
+    kind = f"outliers with a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
     return _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
 
@@ -116,9 +116,9 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 ) -> Edit:
     """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
-    The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the median
-    over the points nearby, whichever is larger. The selection of vertices is replaced. Let d be the given number of
-    spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2 from
+    The spacing at a point is the mean distance to its six nearest neighbours. The unit of distances is the median spacing of the
+    cloud or, if larger, two thirds of the median spacing nearby. The selection of vertices is replaced. Let d be the given number
+    of spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2 from
     the points, and the share of the points farther than d from the remaining surface. Returns the number of selected vertices.
 
     Args:

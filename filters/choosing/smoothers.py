@@ -34,10 +34,10 @@ def chosen_amount(
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[float] | None:
-    """Chooses the amount with the least expected error of the edge vectors; see `Scan.choose_by_risk`.
+    """Chooses the amount by the expected error of the edge vectors; see `Scan.choose_by_risk`.
 
     Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If fourth-order differences show
-    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide instead. Errors are along normals.
+    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. All errors are along normals.
 
     Args:
         vertices: (n, 3) coordinates.

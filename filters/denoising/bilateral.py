@@ -28,9 +28,9 @@ REACH = math.sqrt(2.0)
 # neighbours, whose heights have the noise of two vertices and a normal. Above 1 for corners, whose heights are small.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
-# Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` would be out of the range of numbers.
+# Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
-# Number of blocks of vertices, each with its own array of marks.
+# The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32
 # The largest number of cells along an axis: the index of a cell stays below 2^63.
 _MOST_CELLS = 2**20
@@ -61,8 +61,8 @@ def bilateral_fleishman(
         faces: (m, 3) triangles, consistently oriented. A vertex stays if the normals around it cancel out.
         range_kernel: g; kernels whose psi returns to 0 ("tukey", "gaussian", the truncated ones) keep features best.
         space_kernel: f.
-        range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median height of neighbours in the
-            input.
+        range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median |h_ij| of adjacent vertices
+            in the input.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
             edges, so that the paper's sigma_c is one mean edge.
         iterations: number of steps. More steps smooth and shrink more.

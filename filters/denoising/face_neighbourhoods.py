@@ -19,7 +19,7 @@ from ..topology import VertexFaces, border_vertices, vertex_faces
 #: centre. "geodesic": faces within a distance along the surface, see `_visit_within`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 
-#: Largest number of steps, between faces that share a vertex, in each neighbourhood without a radius.
+#: The largest number of steps in each neighbourhood without a radius.
 RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.

@@ -11,7 +11,7 @@ from ..topology import OneRings, border_vertices, edges
 _CANDIDATES = 0.35
 #: rings of a ball around a vertex: noise averaged up to four times over one-rings is hardly shared with vertices outside
 BALL = 2
-# A random number is the fractional part of a length at a vertex times (multiple + step * k); k: number of a mask, or seed.
+# Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a mask, or the seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
@@ -38,7 +38,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices, the middles of balls: of two rings. Balls of one set do not touch.
+    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings. Balls of one set do not touch.
 
     A middle has the least random number, made as in `held_out_vertices`, of all vertices within five edges.
     """
@@ -88,7 +88,7 @@ def means_of_others(points: Floats, rings: OneRings, vertices: Ints, hidden: Boo
 
 
 def with_neighbours(vertices: Bools, pairs: Ints, rings: int = 1) -> Bools:
-    """Returns (n,) the mask of some vertices, grown by so many rings of neighbours along the (e, 2) edges."""
+    """Returns (n,) the mask `vertices`, grown by `rings` rings of neighbours along the (e, 2) edges."""
     a, b = pairs.T
     for _ in range(rings):
         reached = vertices.copy()

@@ -207,7 +207,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
     if not (0.0 < edge < np.inf and span < np.inf):
-        raise FilterInputError("the rims or the spans have no length, or a length out of range: there is nothing to join")
+        raise FilterInputError("the rims have no length, or rims or spans have a length out of range: nothing can be joined")
     count = round(span / (math.sqrt(0.75) * edge))
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(

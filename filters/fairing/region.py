@@ -41,7 +41,7 @@ class FairedRegion:
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.
         irregular: the number of vertices placed by connectivity alone, because the surface's equations made spikes in their
-            component; see `evened_operator`.
+            component or could not be solved; see `evened_operator`.
     """
 
     vertices: Floats

@@ -230,7 +230,7 @@ class Surface:
         """Returns (t,) upper bounds of the local distances of points in t triangles with (t, 3, 3) corners at (t, 3) distances.
 
         Each point is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds the corner's
-        by at most L / sqrt(3). `beside` has (t, k) triangles of `mesh`; the distance to one is convex, so largest at a corner.
+        by at most L / sqrt(3). The distance to any of the (t, k) triangles `beside` of `mesh` is convex, so largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)

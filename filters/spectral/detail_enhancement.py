@@ -17,15 +17,15 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: `enhance_details` measures the bound b only up to this multiple of the displacement x: b tanh(x / b) is then 2 % below x.
+#: Bounds b above this multiple of the displacement x need not be measured: b tanh(x / b) is then at most 2.1 % below x.
 _BOUND = 4.0
-# Bounds are measured for displacements of at least this share of the largest one, so that no bound is 0.
+# For smaller displacements than this share of the largest one, bounds are measured as far as for this share.
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
 #: The default ratio of the longest to the shortest wavelength: two octaves.
 OCTAVES = 4.0
-#: The shortest wavelength of relief, in mean edges: triangles do not show shorter waves.
+#: The shortest wavelength of relief, in mean edges: shorter waves have too few vertices.
 SHORTEST = 5.0
 #: A band of the spectrum counts as signal if its energy is at least this many times the noise energy.
 SIGNAL = 4.0
@@ -62,9 +62,9 @@ def enhance_details(
 
     1. The low pass K_short halves the shortest waves of the band, K_long the longest. n are normals of the base shape K_long p.
     2. h = r - K_long r with r = n . (K_short p - K_long p). Without the term - K_long r a bulge would grow as a whole.
-    3. s = e(x) e(y) e(z) with e(t) = 3 t^2 - 2 t^3 on [0, 1]. x is the distance from the border, y the thickness of the base
-       shape, inside or outside, the smaller one (`touching_balls`), both divided by the longest wavelength. z is the area of the
-       faces around a vertex in the base shape, divided by their area in K_short p. So borders stay, and thin parts change little.
+    3. s = e(x) e(y) e(z) with e(t) = 3 t^2 - 2 t^3 on [0, 1]. x is the distance from the border, y the smaller of the
+       thicknesses of the base shape inside and outside (`touching_balls`), both divided by the longest wavelength. z is the area
+       of the faces around a vertex in the base shape, divided by that in K_short p. So borders stay, thin parts change little.
        Parts much thinner than the longest wavelength do not change: their base shape is a line or a point.
     4. f(u) = b tanh(u / b) with b = `most` times the thickness. So the two sides of a gap do not meet.
 

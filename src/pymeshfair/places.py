@@ -1,8 +1,8 @@
-"""How places are told to people."""
+"""Coordinates of points in messages."""
 
 from collections.abc import Iterable
 
 
 def point_text(point: Iterable[float]) -> str:
-    """The coordinates of a point, with more digits far from the origin, where points differ in the last ones."""
+    """The coordinates of a point, with 6 significant digits; from 1000 on with 9, as nearby points differ in the last digits."""
     return ", ".join(f"{c:.{6 if abs(c) < 1000.0 else 9}g}" for c in point)

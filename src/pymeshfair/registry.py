@@ -23,7 +23,7 @@ class BrokenPlugin:
 
     distribution: str  # the package of the plugin
     entry_point: str  # as in the metadata, e.g. ``scanlab = scanlab.filters``
-    reason: str  # one sentence
+    reason: str  # the end of a sentence, or the class and the message of an exception
     details: str = ""  # the traceback
 
     def __str__(self) -> str:

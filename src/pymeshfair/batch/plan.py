@@ -38,7 +38,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
     """Returns the scans that arguments name, in their order, without repetition; a table may have the `settings` as columns.
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
-    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one such argument in each line; or a table
+    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with an argument (no list) per line; or a table
     ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Paths in a list or a table are relative to its folder.
     """
     scans: dict[tuple[object, ...], RequestedScan] = {}

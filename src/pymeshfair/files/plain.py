@@ -122,7 +122,7 @@ def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
 
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the faces of a mesh as a binary file, with the header of its source STL file."""
+    """Writes the faces of a mesh as a binary file, with the header of its source if that is an STL file."""
     head = (mesh.document(bytes) or _HEAD)[:80]
     head = _HEAD if head[:5].lower() == b"solid" else head
     if not (m := len(mesh.faces)):

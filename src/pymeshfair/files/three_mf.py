@@ -256,7 +256,7 @@ class _Reader:
 
 def _color(text: str) -> list[float]:
     if not re.fullmatch(r"#([0-9a-fA-F]{2}){3,4}", text):
-        raise ContentsError(f"a colour of it is {quoted(text, 30)}")
+        raise ContentsError(f"a colour of it is {quoted(text, 30)}, not #RRGGBB or #RRGGBBAA")
     return [level / 255 for level in (*bytes.fromhex(text[1:]), 255)[:4]]
 
 

@@ -3639,11 +3639,11 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects the parts of a reconstruction without measured points nearby, such as gaps that Screened Poisson closed.
 
-        The spacing is the median, over all points, of the mean distance to the six nearest neighbours, or two thirds of the
-        median over the points nearby, whichever is larger. The selection of vertices is replaced. Let d be the given number of
-        spacings. Notes report the share of the area that is selected, the share that stays although it is farther than d / 2
-        from the points, and the share of the points farther than d from the remaining surface. Returns the number of selected
-        vertices.
+        The spacing at a point is the mean distance to its six nearest neighbours. The unit of distances is the median spacing
+        of the cloud or, if larger, two thirds of the median spacing nearby. The selection of vertices is replaced. Let d be the
+        given number of spacings. Notes report the share of the area that is selected, the share that stays although it is
+        farther than d / 2 from the points, and the share of the points farther than d from the remaining surface. Returns the
+        number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the measured points. Takes the id of a layer (a whole number).
@@ -3728,7 +3728,7 @@ class FilterMethods(metaclass=LateMethods):
         Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: The number of neighbours to compare with: more than a stray clump has points. More give steadier
+            neighbors: The number of neighbours to compare with: more than the points of a stray clump. More give steadier
                 probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
             extent: The probability is 0.68 at this many standard deviations beyond the usual distance. Larger gives lower
                 probabilities, so fewer points are selected. Takes a number of at least 0.1.

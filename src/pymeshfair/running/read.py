@@ -117,7 +117,7 @@ def reported_values(
 
 
 def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
-    """For each step up to the last with relative lengths: these lengths in mesh units, by parameter; it runs the steps."""
+    """Runs the steps up to the last with relative lengths; gives these lengths of each step in mesh units, by parameter."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
     advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"

@@ -15,7 +15,7 @@ from typing import Any
 from ..declaration import Length
 from ..errors import ParameterError, hint, nearest
 
-SHARP = 0.68  # a surface is sharp if at least this share of bending is at sharp edges: machine parts have 0.7, statues up to 0.66
+SHARP = 0.68  # a sharp surface has at least this share of bending at sharp edges: machine parts 0.7 to 0.95, statues up to 0.66
 ONE_SIDED = 0.4  # the least trait `facing` of a range map: the length of its area-weighted mean normal; half a sphere has 0.5
 
 #: by word: the trait (a number measured on a scan), its lower and upper bound, and the texts for a scan within and outside them

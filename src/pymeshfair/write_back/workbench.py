@@ -128,7 +128,7 @@ class Workbench:
         if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
             return
         layers = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
-        gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.helper_ids else ""
+        gaps = "; ids have gaps: current_mesh_id() gives the id of a new layer" if self.helper_ids else ""
         raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {layers}{gaps})")
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
