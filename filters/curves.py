@@ -61,8 +61,8 @@ def curve_smoothing(
         edges: (e, 2) pairs of vertices, in any order and direction.
         method: the kind of step. "implicit" smooths strongly in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
-            straight line, however uneven their distances; without a detail size, vertices that are very near each other stay
-            so. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
+            straight line, however uneven their distances; without a detail size, vertices that are very near each other hardly
+            move. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
@@ -73,7 +73,7 @@ def curve_smoothing(
         iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they make the cut-off sharper.
         border: policy for the ends of open curves, the vertices with one neighbour; see `CurveBorder`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        progress: called after every step; may raise to stop.
+        progress: called after every iteration; may raise to stop.
 
     Returns:
         (n, 3) float64. These vertices keep every bit: those without edges, those that are not `movable`, and fixed ends.

@@ -127,7 +127,7 @@ def side_lengths(loop: Floats) -> Floats:
 
 
 def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
-    """The mean length of the edges of faces, or of (e, 2) edges, in mesh units; no loops, each edge once. 0 if there are none."""
+    """The mean length of the edges of faces, or of (e, 2) edges of two different vertices, each edge once; 0 without edges."""
     if faces_or_edges.shape[1] == 3:
         pairs = edges(faces_or_edges)
     else:
@@ -252,7 +252,7 @@ def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
 
 
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
-    """Counts the faces that turn by more than a right angle between the (n, 3) points `before` and `after`, of ordinary size."""
+    """Counts the faces that turn by more than a right angle from `before` to `after`, (n, 3) coordinates of ordinary size."""
     return int(((cross_products(before, faces) * cross_products(after, faces)).sum(axis=1) < 0.0).sum())
 
 
@@ -272,7 +272,7 @@ def _measure_faces(vertices: Floats, faces: Ints, table: Floats, first: int, las
 
 
 def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals of points of ordinary size: area-weighted means of the face normals; 0 for points without a face."""
+    """(n, 3) area-weighted means of the face normals, scaled to length 1; 0 without a face. Coordinates are of ordinary size."""
     return mean_normals_at_vertices(cross_products(points, faces), faces, len(points))
 
 

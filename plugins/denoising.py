@@ -44,8 +44,8 @@ class NormalFilterParameters:
         space_kernel: How weight falls with distance; 'constant': not at all.
         range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle'
             in radians; 'squared', the square of that length.
-        range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30
-            degrees. Larger smooths more, and across sharper edges.
+        range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30 degrees,
+            41 if squared. Larger smooths more, and across sharper edges.
         range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
             agree by chance. Larger smooths more.
         space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles. Larger
@@ -123,7 +123,7 @@ def apply_coord_normal_filtering(
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
             faces over, but round the edges, which the filter sharpens again. 'auto': 0 if all other parameters are set.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
-        compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same vertices,
+        compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out vertices,
             each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.
         border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
             'free' move like any other vertex.

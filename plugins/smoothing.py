@@ -39,7 +39,7 @@ def apply_coord_implicit_fairing(
 ) -> Edit:
     """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-    M: vertex areas; C: stiffness. Unlike in explicit smoothing, the sampling does not matter, and any step is stable.
+    M: vertex areas; C: stiffness. Any step is stable. With 'cotangent' and 'robust' the sampling hardly matters.
 
     Args:
         operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for slivers,

@@ -1,7 +1,6 @@
 """The compiler process, which imports numba so that the processes that call kernels need not.
 
-The first kernel without stored machine code starts the compiler process, which ends with its parent process. Numba's settings
-for the processor apply only in the compiler process.
+The first kernel without stored machine code starts the compiler process, which ends with its parent process.
 """
 
 from __future__ import annotations

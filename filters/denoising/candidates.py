@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """Returns a repertoire with these values; outer_iterations=0 empties `chains`, else `filtering` limits `taubin` to 0."""
+        """The repertoire with these values: no `chains` if outer_iterations=0; else `filtering` leaves only 0 in `taubin`."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -125,7 +125,7 @@ class SettingsTried:
     """Runs settings on the faces of a scan and computes their common steps once.
 
     `labels` has a list of settings for each family: for Taubin steps alone, and for each chain after each number of Taubin steps.
-    With `alone` there are also families that move only outliers: one puts them at predicted places, the others run chains there.
+    With `alone` there are also families that move only outliers: one puts them at predicted places, the others then filter them.
     """
 
     def __init__(

@@ -118,7 +118,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh lacks faces with a vertex that is in no face of three distinct vertices.
+    # The normalised mesh has only the faces whose vertices are all in faces of three different vertices.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals
@@ -190,7 +190,7 @@ class NormalPasses:
             self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
-        """Returns (m, 3) the filtered unit normals of the faces; overwrites the normals of the table of `measure_faces`."""
+        """Returns (m, 3) the filtered unit normals of the faces; may overwrite the normals in the table of `measure_faces`."""
         if self._settings.method != "vertex_normals":
             return self._passed(table, progress)
         faces = self._adjacency.faces

@@ -209,8 +209,8 @@ def meshlab_taubin_smooth(
 ) -> Floats:
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
-    Like MeshLab it rounds the factors to single precision. A vertex with b border edges moves b / (b + 1) times as far as in
-    `taubin_fairing`.
+    Like MeshLab it rounds the factors to single precision. A border vertex with b border edges moves b / (b + 1) times as far as
+    in `taubin_fairing`.
 
     Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
     """
@@ -290,9 +290,9 @@ def remove_spikes(
 
     With the neighbours j of vertex i, m = mean p_j and s^2 = mean |p_j - m|^2, vertex i is the tip of a spike if
     |p_i - m| > k s, with k the `steepness`, and if no neighbour is farther from its own mean m than vertex i. It is no
-    tip if a move to m raises the sum of the angles between its faces and those across their opposite edges, as at the apex of a
-    cone. All tips move at once; this repeats until none is left, at most ten times. A pyramid over a regular polygon has the
-    steepness height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
+    tip if a move to m raises the sum of the angles between its faces and the faces across the edges opposite to it, as at the
+    apex of a cone. All tips move at once; this repeats until none is left, at most ten times. A pyramid over a regular polygon
+    has the steepness height / radius: k = 1.5 is a tip with an angle of 67 degrees between opposite edges.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -28,7 +28,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     """Returns the lost share of relief, 1 - <h', h> / (|h|^2 - |h_n|^2): heights h before, h' after, and h_n of noise alone.
 
     The heights are n . (q - 2 S q + S S q). q are the coordinates, S is the implicit step that halves waves of 8 mean edges, and
-    n are the normals of S q before the filter, for h and h'. On balls and cylinders h is nearly 0. Noise in h is not relief:
+    n are the normals of S q before the filter, also in h'. On balls and cylinders h is nearly 0. Noise in h is not relief:
     the energy of noise of the stated level on the same surface is subtracted. If less than 0.7 of the energy is left, S halves
     waves of 16 mean edges, and q are first smoothed by the step that halves waves of 6 mean edges, which removes most noise.
 

@@ -305,7 +305,7 @@ class Solution(NamedTuple):
     # the largest `SpdSystem.backward_error` of the groups of columns: x is the exact solution of a system that differs by this
     # share
     backward_error: float
-    iterations: int  # number of products with the matrix
+    iterations: int  # number of steps of conjugate gradients; 2 for "cholesky"
     method: Method
 
 

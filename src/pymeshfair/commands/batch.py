@@ -72,7 +72,7 @@ def batch(
     if report:
         chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
-    # Links keep their names, which other machines know; ".." is removed, as in the paths of outputs.
+    # Links are kept, as other machines know their names; they are resolved only if the path has "..".
     folder = output.resolve() if ".." in output.parts else output.absolute()
     settings = [setting.name for setting in template.recipe.script.settings]
     selected, dropped = without_outputs(expand(inputs, settings), folder)
@@ -195,7 +195,7 @@ def _show_rows(summary: Summary, task: Task) -> None:
     for path in task.written:
         typer.echo(f"  {path}")
     if any(outcome.breaches and outcome.error for outcome in summary.outcomes):
-        typer.echo("--keep-broken writes scans that broke a limit all the same; pymeshfair run --map OUT.ply shows where.")
+        typer.echo("--keep-broken also writes scans that break a limit; pymeshfair run --map OUT.ply shows where.")
     if counts["left"]:
         without = [f" and without {option}" for option, given in (("--sample", task.sample), ("--stop", task.stop)) if given]
         typer.echo(f"The same command with --resume{''.join(without)} cleans those that are left.")

@@ -951,7 +951,7 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths strongly in one stable step: solves (M - t C) p' = M p, the surface after a diffusion time t.
 
-        M: vertex areas; C: stiffness. Unlike in explicit smoothing, the sampling does not matter, and any step is stable.
+        M: vertex areas; C: stiffness. Any step is stable. With 'cotangent' and 'robust' the sampling hardly matters.
 
         Args:
             operator: 'cotangent' is the Laplace-Beltrami operator for any triangulation; 'robust' is the same operator for
@@ -1095,8 +1095,8 @@ class FilterMethods(metaclass=LateMethods):
             space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
-            range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
-                about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
+            range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30
+                degrees, 41 if squared. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
             range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
                 that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.
@@ -1125,7 +1125,7 @@ class FilterMethods(metaclass=LateMethods):
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
-            compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at the same
+            compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out
                 vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
                 replaces an 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
@@ -1590,8 +1590,8 @@ class FilterMethods(metaclass=LateMethods):
             space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
-            range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
-                about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
+            range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30
+                degrees, 41 if squared. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
             range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
                 that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.

@@ -153,7 +153,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         values = exchange.custom_values(arrays)
         result = _locked(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         layer = max(BASE.__iter__(self), key=lambda layer: int(layer.id()))
-        for (element, name), numbers in values.items():  # in a mesh outside of a mesh set they would refer to freed memory
+        for (element, name), numbers in values.items():  # not before `add_mesh`: the attributes would refer to freed memory
             getattr(layer, f"add_{element}_custom_scalar_attribute")(numbers, name)
         self._filters.note(arrays.lost)
         return result

@@ -90,7 +90,7 @@ class _Plan(NamedTuple):
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it in a folder, under the old output name, which OBJ files contain."""
+    """The changes since the run, or the plan to repeat it in `folder`, with the old name of the output: OBJ files contain it."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
