@@ -94,7 +94,8 @@ def rounded(step: float) -> Noise:
 
 #: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses along the normals, s: in all directions on
 #: three in ten vertices, h: along the normals, a sixth of it on one half, g: growing from 0 to it along x, x: along an axis,
-#: q: rounded along a slanting one, r: along the normals, shared by neighbours; the number is in tenths of mean edges
+#: q: rounded along a slanting one, o, r: along the normals, averaged once or twice over neighbours, which share it; the number is in
+#: tenths of mean edges
 NOISES: dict[str, Noise] = {
     **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
     **{f"a{10 * level:g}": all_directions(level) for level in (0.1, 0.2, 0.3)},
@@ -105,6 +106,7 @@ NOISES: dict[str, Noise] = {
     "h3": uneven(lambda p: np.where(p[:, 1] > np.median(p[:, 1]), 0.3, 0.05)),
     "g4": uneven(lambda p: 0.4 * p[:, 0]),
     "x2": along_an_axis(0.2),
+    "o2": averaged(0.2, times=1),
     "r3": averaged(0.3, times=2),
     **{f"q{10 * step:g}": rounded(step) for step in (0.3, 0.6)},
     **{f"s{10 * level:g}": all_directions(level, share=0.3) for level in (0.2, 0.4, 0.8)},
@@ -393,12 +395,12 @@ def looked_at(scans: Path | None) -> tuple[Shape, ...]:
         Shape("cow", "n1 n3 a2 u4 i10", lambda: taken(SAMPLES / "cow.obj", edge=1.2)),
         Shape("bracket", "n0.5 n1 n2 n3 n5 a2 a3 i5 i10 u4 s4 r3", lambda: part(True)),
         Shape("uneven", "n2 n3 i8", lambda: part(False)),
-        Shape("lens", "n1 n2 n3 a2 i10 r3", lens),
-        Shape("torus", "n0.3 n1 n3 u4 i8 r3", torus),
+        Shape("lens", "n1 n2 n3 a2 i10 o2 r3", lens),
+        Shape("torus", "n0.3 n1 n3 u4 i8 o2 r3", torus),
         Shape("blobs", "n0.3 n1 n2 n5 a1 i10 s4 r3", blobs),
         Shape("terrain", "n1 n3 a2 i5 i10 s2 s4", terrain),
         Shape("turned", "n0.5 n2 h3 g4 x2", turned),
-        Shape("plate", "n0.5 n2 h3 g4 x2", plate),
+        Shape("plate", "n0.5 n2 h3 g4 x2 o2", plate),
         Shape("emblems", "n0.5 n2 h3 g4 x2 q6 r3", emblems),
     )
     return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8 s2 s4 s8 q3 r3"),)))
@@ -408,13 +410,13 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
     """The half that only the last run sees."""
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
-        Shape("bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2 q6 r3", smooth_bone),
+        Shape("bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2 q6 o2 r3", smooth_bone),
         Shape("airplane", "n1 n2 n3 i10 s4 h3 x2 q3 r3", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
         Shape("chest", "n0.5 n1 n3 a3 i8 s8 g4 x2 r3", lambda: (chest(30).truth, chest(30).faces)),
         Shape("dodecahedron", "n0.3 n2 n5 a3 i5 h3 q6", dodecahedron),
         Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4 h3 g4 x2 r3", gear),
-        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2 g4 x2 r3", gyroid),
-        Shape("knot", "n1 n3 n5 a2 i8 s4 h3 x2 r3", knot),
+        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2 g4 x2 o2 r3", gyroid),
+        Shape("knot", "n1 n3 n5 a2 i8 s4 h3 x2 o2 r3", knot),
         Shape("house", "n0.5 n1 n2 n5 a3 i10 s2 h3 g4 x2 r3", house),
     )
     figures = (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2 q3 r3"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))

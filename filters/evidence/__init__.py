@@ -14,12 +14,7 @@ from .held_out import (
     random_signs,
     with_neighbours,
 )
-from .quadric_prediction import (
-    height_residuals,
-    medians_around,
-    predicted_heights,
-    put_where_expected,
-)
+from .quadric_prediction import height_residuals, medians_around, predicted_heights, put_where_expected
 
 __all__ = [
     "BALL",

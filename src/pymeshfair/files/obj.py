@@ -602,12 +602,7 @@ def _with_neighbours(faces: Ints, ids: Longs) -> Longs:
 
 
 def _face_lines(
-    mesh: MeshData,
-    of_wedges: Longs | None,
-    of_normals: Longs | None,
-    states: Longs,
-    texts: dict[int, bytes],
-    notes: list[str],
+    mesh: MeshData, of_wedges: Longs | None, of_normals: Longs | None, states: Longs, texts: dict[int, bytes], notes: list[str]
 ) -> Iterator[bytes]:
     """Yields the lines of faces, with a state line before each change of material, group or object."""
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
