@@ -94,7 +94,7 @@ def rounded(step: float) -> Noise:
 
 #: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses along the normals, s: in all directions on
 #: three in ten vertices, h: along the normals, a sixth of it on one half, g: growing from 0 to it along x, x: along an axis,
-#: q: rounded along a slanting one, o, r: along the normals, averaged once or twice over neighbours, which share it; the number is in
+#: q: rounded along a slanting one, o, r: along the normals, averaged once or twice over neighbours, so shared; the number is in
 #: tenths of mean edges
 NOISES: dict[str, Noise] = {
     **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
