@@ -11,7 +11,7 @@ from ..geometry import seen_from_one_side
 from ..mesh import Floats, NormalisedMesh, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import REPERTOIRE, Repertoire, Setting, SettingsTried
-from .correlated_noise import setting_by_balls, setting_of_rounded, setting_of_shared
+from .correlated_noise import on_lines_of_sight, setting_by_balls, setting_of_rounded, setting_of_shared
 from .noise_level import NoiseEstimate, estimate_noise, is_designed
 from .rounding import rounding_of
 from .scan import Scan
@@ -60,15 +60,17 @@ def automatic_choice(
     noise = noise._replace(length=noise.length / mesh.scale)
     # 1. Correlated noise. Except on depth maps, a choice by balls (step 4) takes precedence. Rounded coordinates come last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
-    correlated = AutomaticChoice("correlated", shared.chosen.label, noise, shared) if shared else None
-    if correlated and correlated.setting != Setting() and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING:
+    correlated = None
+    if shared and shared.chosen.label != Setting():
+        correlated = AutomaticChoice("correlated", shared.chosen.label, noise, shared)
+    if correlated and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING and on_lines_of_sight(mesh.points, mesh.cells):
         progress(1.0)
         return correlated
     report = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
     scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=report)
     choice = _cross_validated(mesh, scan, noise, border, repertoire, is_rounded=rounding is not None)
     if rounding is None:
-        return choice if correlated is None or correlated.setting == Setting() or choice.kind == "correlated" else correlated
+        return choice if correlated is None or choice.kind == "correlated" else correlated
     evidence = setting_of_rounded(mesh, rounding, choice.setting, border=border, progress=part_of(progress, 0.7, 1.0))
     return choice if evidence is None else AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)
 
@@ -99,8 +101,7 @@ def _cross_validated(
             setting, evidence = Setting(), None
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
-    has_few_rivals = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
-    sure = has_few_rivals and calmed is scan and scan.agreement[0] < tuned.SURE
+    sure = evidence is not None and len(evidence.rivals) <= tuned.RIVALS and calmed is scan and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 

@@ -23,10 +23,9 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths, on maps and on solids. A curved
-# surface leaves residuals, too, about those of noise of width 16.
+# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths, on maps and on solids.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]
+_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # (16,): for curvature
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
@@ -205,9 +204,9 @@ def noise_field(
 def fall_of_growth(scan: Scan) -> float:
     """Returns the growth of residuals from scale 2 to 4 over that from 4 to 8; 0 if they are not even noise that is shared.
 
-    The level of noise that vertices share with those one or two rings away, over that of white noise, grows from scale 2 to 4,
-    and hardly more from 4 to 8; that of a curved surface grows ever more. Even noise has about the same level everywhere. The
-    kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
+    The level of noise that vertices share with those one or two rings away, over that of white noise, grows from scale 1 to 4,
+    and from 4 to 8 hardly more than from 2 to 4; that of a curved surface grows ever more. Even noise has about the same level
+    everywhere. The kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
     """
     if not scan.scored.any():
         return 0.0
@@ -225,10 +224,10 @@ def fall_of_growth(scan: Scan) -> float:
 
     (level, spread, kurtosis), white = measures(map(at.heights, scales)), at.noise(0)
     level_of_white, spread_of_white, _ = measures(at.residuals(white, scale) for scale in scales)
-    growth = (level / level_of_white)[1:] / (level / level_of_white)[:-1]
+    level = level / level_of_white
     is_even = (spread < tuned.LARGER * spread_of_white).all()
-    is_shared = is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and growth[1] > tuned.LARGER
-    return float(growth[1] / growth[2]) if is_shared else 0.0
+    is_shared = is_even and 1.8 * 3.0 < kurtosis[1] ** 2 < 3.0 * 6.0 and level[2] > tuned.LARGER * level[0]
+    return float(level[2] ** 2 / (level[1] * level[3])) if is_shared else 0.0
 
 
 @dataclass(frozen=True)
