@@ -175,7 +175,7 @@ def documents() -> Iterator[Case]:
     yield Case("honest.x3d", x3d().encode(), None, (3, 1))
     yield Case("honest.3mf", three_mf(), None, (3, 2))
     yield Case("count.dae", collada(count=900).encode(), "declares 900 numbers, but has 9")
-    yield Case("accessor.dae", collada(accessor=300).encode(), "takes 300 x 3 of 9 numbers")
+    yield Case("accessor.dae", collada(accessor=300).encode(), "needs more than its 9 numbers: 300 x 3")
     yield Case("corner.dae", collada(corners="0 1 3").encode(), "number 3 of the corners.*is 3, which is no index into 3 values")
     yield Case("cut.dae", collada(corners="0 1").encode(), "declares 1 triangles, but has 0")
     yield Case("word.dae", collada(points="0 0 0 1 0 0 0 1 x").encode(), "'x' among .*is no number")
