@@ -118,7 +118,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh has only the faces whose vertices are all in faces of three different vertices.
+    # The normalised mesh omits faces with a vertex that only degenerate faces (which name a vertex twice) use.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals

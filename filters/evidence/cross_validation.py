@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # clipped at one bound for all vertices, even with `near`, so that they are comparable with noise levels
+    errors: Floats  # clipped at one bound for all vertices, also if `scores_of` gets `near`: comparable with noise levels
     excess: Floats
     uncertainty: Floats
     best: int

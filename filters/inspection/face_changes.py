@@ -15,7 +15,7 @@ from .surface_measures import dihedral_angles, face_measures
 
 SHARP = 40.0  # The smallest angle between the normals of the two faces of a sharp edge, in degrees.
 # `side_changes` smooths displacements by 12 steps d <- d + 2/3 L d with the uniform operator L, over about two edges in all
-# directions: independent noise falls to an eighth, but the displacement of a whole end of a shape, six edges wide, remains.
+# directions. Independent noise falls to an eighth; if an end of a shape six edges wide moves, most of the displacement remains.
 _STEPS, _STEP = 12, 2.0 / 3.0
 
 

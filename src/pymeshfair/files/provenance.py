@@ -26,7 +26,7 @@ def read_provenance(output: Path) -> dict[str, Any] | None:
 
 
 def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
-    """Returns a record's SHA-256 of the output, side file or intervention map with the name of `path`; None if missing."""
+    """Returns a record's SHA-256 of the output, side file or map (``run --map``) with the name of `path`; None if missing."""
     if record is None:
         return None
     files = [record["output"], *record["output"].get("side_files", ()), *record.get("guards", {}).get("maps", ())]
