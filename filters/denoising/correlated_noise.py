@@ -25,11 +25,11 @@ from .scan import NONE_HELD, Scan
 
 # Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths, on maps and on solids.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # (16,): for curvature
+_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # last: `surface` of `noise_field`
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
-_FLATTER = 7.0  # removing shared noise from a part makes it 8 to 30 times flatter; rough surfaces get up to 6.6 times flatter
+_FLATTER = 7.0  # removing shared noise makes designed parts 8 to 30 times flatter; rough surfaces get up to 6.6 times flatter
 _FAR = 8  # smoothing steps over which levels of noise are averaged, to compare them between places
 # Sampling of scans: residuals are accurate three edges away from a border, patches are large enough for forty filter iterations.
 _WIDE: dict[str, Any] = {"patches": (8, 2500), "rings": 3}
@@ -74,8 +74,8 @@ def setting_of_shared(
 ) -> Choice[Setting] | None:
     """Chooses the setting for noise that neighbours share; None without such noise or without an edge of two scored vertices.
 
-    The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` comes from
-    `estimate_noise`. Fixed vertices do not count. In doubt the choice must halve the root mean square error of the edge vectors.
+    The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` is from `estimate_noise`.
+    Fixed vertices do not count. If such noise is in doubt, the choice must halve the root mean square error of edge vectors.
     """
     shared, fits, in_doubt = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
@@ -85,7 +85,7 @@ def setting_of_shared(
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     # Vertices near the border count, too, since many rounds of filtering move them.
     choice = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
-    # The error of doing nothing is twice the variance of the noise, since that of the data counts, too.
+    # Squared errors include the variance v of the noise in the data: 2 v for doing nothing, v + v / 4 for half the error.
     halves = choice is not None and choice.chosen.error**2 < (0.5 + 0.25 / 2.0) * choice.trials[0].error ** 2
     return choice if halves or not in_doubt else None
 
@@ -145,7 +145,7 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 
 def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, Sequence[tuple[Any, ...]], bool]:
-    """Returns the standard deviation of shared noise, 0 without it, the arguments of `noise_field` to try, and if in doubt."""
+    """Returns the standard deviation of shared noise (0: none), arguments of `noise_field` to try, and whether it is in doubt."""
     if noise.level < tuned.NO_NOISE:
         return 0.0, _FIT, False
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
@@ -157,7 +157,7 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits, False
     scan = Scan.sampled(points, faces, **_WIDE)[0]
-    fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # cut off: unequal rings
+    fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # short edges make the rings too unequal
     if fall < tuned.IN_DOUBT:
         return 0.0, _FIT_SOLID, False
     field = min((noise_field(scan, *arguments) for arguments in _FIT_SOLID), key=lambda field: field.misfit)
@@ -202,11 +202,11 @@ def noise_field(
 
 
 def fall_of_growth(scan: Scan) -> float:
-    """Returns the growth of residuals from scale 2 to 4 over that from 4 to 8; 0 if they are not even noise that is shared.
+    """Returns the growth of residuals from scale 2 to 4 over that from 4 to 8; 0 if they cannot be shared noise of even level.
 
-    The level of noise that vertices share with those one or two rings away, over that of white noise, grows from scale 1 to 4,
-    and from 4 to 8 hardly more than from 2 to 4; that of a curved surface grows ever more. Even noise has about the same level
-    everywhere. The kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
+    Levels are divided by those of white noise. If vertices share noise with those one or two rings away, the level grows from
+    scale 1 to 4, but from 4 to 8 hardly more than from 2 to 4. On a curved surface the growth increases. An even level is about
+    the same everywhere. The kurtosis at scale 2 must be nearer to 3 (normal distribution) than to 1.8 (uniform) or 6 (Laplace).
     """
     if not scan.scored.any():
         return 0.0

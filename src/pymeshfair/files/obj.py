@@ -211,7 +211,7 @@ def read_obj(path: Path, references: References) -> Reading:
         attributes["colors"] = np.array([*shades[1:], shades[0]], np.uint8)[use]
     if numbers and not bare.all():
         of_use = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in names]
-        # In a file with one texture that uses no material, all faces with texture coordinates have the texture.
+        # In a file with one texture and no usemtl line, all faces with texture coordinates have the texture.
         of_use.append(0 if not names and len(numbers) == 1 else -1)
         attributes["texture"] = np.where(bare, -1, np.array(of_use)[use]).astype(np.int32)
     vertex_normals, corner_normals = _normals(len(vertices), normals, indices, notes)

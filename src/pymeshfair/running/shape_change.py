@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller: less change; "gain": from 1 on
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller: less change; a gain only above 1
 _LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
