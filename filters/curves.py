@@ -63,7 +63,7 @@ def curve_smoothing(
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" does not move the vertices of a
             straight line, however uneven their distances; without a detail size, vertices that are very near each other hardly
             move. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
-        step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
+        step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother; above 0.5 zigzags fade less.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
         time_step: t, for "implicit", a number without unit, at least 0. Larger is smoother; every value is stable.

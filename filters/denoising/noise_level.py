@@ -127,7 +127,7 @@ def _residuals(vertices: ArrayLike, faces: ArrayLike) -> tuple[FourthOrder, floa
 
 
 def agreement(vertices: ArrayLike, faces: ArrayLike) -> tuple[float, float]:
-    """Returns the `FourthOrder.correlation` of all inner vertices, and of the third with the smallest residuals nearby.
+    """Returns the `FourthOrder.correlation` of all inner vertices, and of a third of them: those with the least residuals nearby.
 
     In this third no sharp features hide weak noise. Pure noise gives about 0 and 0.07. Without inner vertices both numbers are 0.
     """

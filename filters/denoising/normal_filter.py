@@ -47,8 +47,8 @@ class NormalFilter:
 
     Attributes:
         method: definition of the weights; see `NormalFilterMethod`.
-        range_kernel: g; not used by "mean". Kernels that reach 0 ("truncated_l1", "truncated_l2", "tukey") keep edges; "huber",
-            "lorentzian" and "gaussian" suit smooth shapes.
+        range_kernel: g; not used by "mean". Kernels that reach 0 ("truncated_l1", "truncated_l2", "tukey", "hampel") keep edges;
+            "huber", "lorentzian" and "gaussian" suit smooth shapes.
         space_kernel: f; not used by "mean" and "unilateral".
         range_measure: definition of the deviation x of two normals.
         range_sigma: the scale of g, in the unit of the measure; the standard deviation for "gaussian". A larger scale smooths

@@ -30,7 +30,7 @@ SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
 #: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
-#: level, others by up to 1.18 times. In uneven noise residuals beside outliers are 1.2 times those elsewhere, or more.
+#: level, others by up to 1.18 times. In uneven noise the residuals of neighbours of outliers are at least 1.2 times the others.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05

@@ -40,7 +40,7 @@ def workers_of_scheduler(scheduler: Scheduler, template: Job, scans: Sequence[Sc
 
 
 class DaskWorkers:
-    """The workers of a scheduler, with the same methods as the `Station` of one machine."""
+    """The workers of a scheduler, with the methods `submit`, `end` and `check` of a `Station`."""
 
     def __init__(self, client: Client, name: str) -> None:
         self._client = client

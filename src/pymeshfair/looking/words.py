@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _MOST_PIECES = 5
 #: the most areas out of tolerance that are listed
 MOST_AREAS = 20
-#: a measure, its words, and whether it has a row if all values are 0 or unknown; for clouds and runs by tiles one must be known
+#: a measure, its words, and whether it has a row even if all values are 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -43,7 +43,7 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns a row for each measure: its name, and its value for each mesh."""
+    """Returns rows: a measure, and its value for each mesh. Clouds and runs by tiles alone have no row of unknown values."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     incomplete = all(measures.get("faces") == 0 or measures.get("area") is None for measures in columns.values())
