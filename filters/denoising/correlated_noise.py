@@ -23,9 +23,9 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths, on maps and on solids.
+# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths; and on solids if in doubt.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
-_FIT_SOLID = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # last: `surface` of `noise_field`
+_FIT_IN_DOUBT = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # last: `surface` of `noise_field`
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
 # parts of a fused map were seen at a slant and have too little noise, so `calmest` is larger than `tuned.CALMEST`.
 _FIT_FUSED = [((0, 1, 4, 16, 64), (1, 2, 4, 8, 16, 32), 1.0 / 3.0)]
@@ -95,10 +95,9 @@ def setting_by_balls(
 ) -> Choice[Setting] | None:
     """Chooses the setting that best predicts held-out balls; None if the setting of `choice` leaves no shared noise.
 
-    `choice`, made with held-out vertices, leaves noise that neighbours share if three things hold. It predicts balls worse by
+    `choice`, made with held-out vertices, leaves noise that neighbours share if four things hold. It predicts balls worse by
     more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
-    The difference between the results is even: its levels spread less than 1.2 times as much as those of white noise smoothed
-    twice. None, too, unless most vertices are scored; vertices near borders are not.
+    The levels of the difference spread less than 1.2 times as much as those of white noise smoothed twice. Most vertices count.
     """
     pairs, _ = face_adjacency(scan.faces)
 
@@ -159,9 +158,10 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
     scan = Scan.sampled(points, faces, **_WIDE)[0]
     fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # short edges make the rings too unequal
     if fall < tuned.IN_DOUBT:
-        return 0.0, _FIT_SOLID, False
-    field = min((noise_field(scan, *arguments) for arguments in _FIT_SOLID), key=lambda field: field.misfit)
-    return float(np.sqrt(field.variances.sum())), _FIT_SOLID, fall <= 1.0
+        return 0.0, _FIT, False
+    of_solids = _FIT[:2] if fall > 1.0 else _FIT_IN_DOUBT
+    field = min((noise_field(scan, *arguments) for arguments in of_solids), key=lambda field: field.misfit)
+    return float(np.sqrt(field.variances.sum())), of_solids, fall <= 1.0
 
 
 class NoiseField(NamedTuple):
