@@ -86,7 +86,7 @@ def setting_of_shared(
     # Vertices near the border count, too, since many rounds of filtering move them.
     choice = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
     # Squared errors include the variance v of the noise in the data: 2 v for doing nothing, v + v / 4 for half the error.
-    halves = choice is not None and choice.chosen.error**2 < (0.5 + 0.25 / 2.0) * choice.trials[0].error ** 2
+    halves = choice is not None and choice.chosen.error**2 < (1.0 + 0.25) / 2.0 * choice.trials[0].error ** 2
     return choice if halves or not in_doubt else None
 
 
