@@ -234,7 +234,7 @@ def _visit_within(
 ) -> None:
     """Lists for `_listed` the faces j with d(i, j) <= radius, where d is the length of the shortest path along face centres.
 
-    A path steps between faces that share a vertex. On a plane of equal triangles paths are up to 3.6 % longer than straight
+    A path steps between faces that share a vertex. On a plane of equilateral triangles paths are up to 3.6 % longer than straight
     lines; across a right-angled edge they are up to 29 % shorter than paths on the surface. The search extends each path that it
     has found or shortened, until none changes; for few faces this is faster than a priority queue.
     """

@@ -119,7 +119,7 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Other methods with kernels leave the face out: its deviation is 0, so that a kernel such as 1 / x would prefer it.
+            # Other methods with kernels leave the face itself out, since its deviation from itself is always 0.
             settings.method in ("averaged", "guided"),
         )
 

@@ -9,7 +9,7 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-#: rings of a ball: noise at its middle correlates with noise outside by about 0.2 after two averages over one-rings, 0.4 after 4
+#: rings of a ball. White noise averaged twice over one-rings correlates by 0.2 between the middle and the outside; 4 times: 0.4
 BALL = 2
 # Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a mask, or the seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
@@ -40,7 +40,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings. Balls of one set do not touch.
 
-    A middle has the least random number, made as in `held_out_vertices`, of all vertices within five edges.
+    A middle has the least number of all vertices within five edges; numbers are as in `held_out_vertices`, equal in a lattice.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T

@@ -115,7 +115,7 @@ class DistanceStatistics:
     """Statistics of distances, weighted by area; a sampling error is twice the standard error of random samples."""
 
     samples: int
-    mean: float  # mean signed distance: above 0 the surface lies mostly outside
+    mean: float  # mean signed distance: above 0 the surface lies outside on average
     mean_size: float  # mean absolute distance
     rms: float
     standard_deviation: float  # of the signed distances
@@ -134,7 +134,7 @@ class SurfaceDistance:
     faces: Ints  # (k,) the face of each sample, as `samples` in `sample_places`; for a cloud the vertex of each sample
     weights: Floats  # (k,) the share of the area that each sample represents; the sum is 1
     distances: Floats  # (k,) the signed distance of each sample, positive outside the other surface
-    elements: Ints  # (k,) the face of the other surface that is nearest to each sample
+    elements: Ints  # (k,) the face (point of a cloud) of the other surface nearest to each sample
     at_vertices: Floats  # (n,) the signed distances of the vertices
     largest: float  # the largest absolute distance found
     furthest: Floats  # (3,) the place with the distance `largest`
@@ -173,7 +173,7 @@ class SurfaceDistance:
 
 
 def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int = SAMPLES) -> SurfaceDistance:
-    """Measures distances from a surface: at about `count` samples of a mesh, at least one on each face, or at all cloud points.
+    """Measures the distances from `to` at about `count` samples of a mesh, at least one on each face, or at all cloud points.
 
     Raises:
         FilterInputError: not a mesh.
@@ -277,7 +277,7 @@ class Alignment:
     vertices: Floats  # (n, 3) the moved vertices
     degrees: float  # the rotation angle
     shift: float  # the displacement of the centre, in mesh units
-    residual: float  # the root mean square distance of the nearest 80 % of the samples
+    residual: float  # the root mean square distance of the nearest 80 % of the samples, before the last step
     iterations: int
     converged: bool  # whether the last step was at most 3e-6 of the size
 

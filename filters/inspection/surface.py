@@ -22,7 +22,7 @@ from .curvature import at_vertices, vertex_normals
 _LEAF = 4
 #: The size of the search stack, enough for a tree of 2^31 triangles.
 _STACK = 64
-#: The search skips boxes that are further than the nearest triangle so far by this factor, which exceeds all rounding errors.
+#: The search skips boxes with a squared distance above this times that of the nearest triangle so far, plus `rounding`.
 _SLACK = 1.0 + 1e-9
 #: Differences of squared distances below this share of the squared size of the coordinates are rounding errors.
 _ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2

@@ -199,7 +199,7 @@ def measures_and_connectivity(
 
 
 def inward_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
-    """(m,) which faces of a closed, oriented mesh look inwards: the winding number of the mesh in front of them is below 0.
+    """(m,) which faces of a closed, oriented mesh look inwards: just in front of them its winding number is below 0.
 
     All faces of a component are judged by a place on one of them. A ray along +z counts how often other components surround it.
     """

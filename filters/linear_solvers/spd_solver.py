@@ -171,7 +171,7 @@ class SpdSolver:
         if self._factors is not None or (self._solved and self._many and self._system.smoothness >= _SINGULAR):
             return self.by_factors(b, progress)
         earlier_steps = 0
-        # If the error is an eigenvector of the smallest eigenvalue, its energy norm is the residual's norm over sqrt(eigenvalue).
+        # Jacobi's worst error is the eigenvector of the smallest eigenvalue: its energy norm is the residual's norm / spread.
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
@@ -305,7 +305,7 @@ class Solution(NamedTuple):
     # the largest `SpdSystem.backward_error` of the groups of columns: x is the exact solution of a system that differs by this
     # share
     backward_error: float
-    iterations: int  # number of steps of conjugate gradients; 2 for "cholesky"
+    iterations: int  # number of steps of conjugate gradients in all groups of columns; "cholesky": 2 for each group
     method: Method
 
 

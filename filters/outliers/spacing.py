@@ -31,7 +31,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
         at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
-        FilterInputError: too few points, half of them coincide, or coordinates are not finite.
+        FilterInputError: too few points, half of them coincide with six others each, or coordinates are not finite.
     """
     queries, _ = check_mesh(vertices, ())
     cloud, _ = check_mesh(points, ())
@@ -46,7 +46,7 @@ def cloud_spacings(points: Floats) -> Floats:
     """Returns (p,) the spacing around each of (p, 3) points, which is the unit of `gaps`.
 
     Raises:
-        FilterInputError: too few points, or half of them coincide.
+        FilterInputError: too few points, or half of them coincide with six others each.
     """
     distances, around = nearest_neighbours(points, max(_NEIGHBOURS, min(_AROUND, len(points) - 1)))
     spacings = distances[:, :_NEIGHBOURS].mean(axis=1)

@@ -19,7 +19,7 @@ from .spectrum import spectrum
 
 #: Bounds b above this multiple of the displacement x need not be measured: b tanh(x / b) is then at most 2.1 % below x.
 _BOUND = 4.0
-# For smaller displacements than this share of the largest one, bounds are measured as far as for this share.
+# The thickness is searched for as far as if every displacement were at least this share of the largest one.
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
@@ -40,7 +40,7 @@ class EnhancedDetails:
     """A surface with enhanced relief; lengths in mesh units."""
 
     vertices: Floats  # (n, 3)
-    detail_size: float = 0.0  # the shortest wavelength of the relief; 0 without a face of positive area
+    detail_size: float = 0.0  # the shortest wavelength of the relief; 0 if no vertex has a mass
     largest_size: float = 0.0  # the longest wavelength of the relief
     height: float = 0.0  # the root mean square height of the input's relief over the vertices
     largest_displacement: float = 0.0

@@ -62,8 +62,8 @@ def lowest_eigenpairs(
         problem: S, M and the components, n rows.
         count: the number of modes, from 0; all modes if there are fewer.
         constants: False leaves out the constant mode of every component; `count` then counts the other modes.
-        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Larger rounding errors, if
-            triangles differ much in size, are accepted up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1.
+        tolerance: the largest residual |S v - kappa M v| in the norm of M^-1, as a share of kappa. Rounding errors of
+            up to 1e-6 kappa, or 1e-6 sqrt(kappa) in the norm of (S + kappa_1 M)^-1 with the least kappa_1 > 0, are accepted.
         progress: called with the share that is done; may raise to stop. The longest time between two calls is half a second at
             100,000 vertices, and grows with the mesh.
 

@@ -35,7 +35,7 @@ class SpectralProblem:
         dirichlet: S = -C with C the stiffness, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with
             rows that sum to 0; v^T S v is the Dirichlet energy of v.
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
-        vertices: (n,) the mesh vertex of each row, ascending. Vertices without a triangle, and those of components without area,
+        vertices: (n,) the mesh vertex of each row, ascending. Vertices without a mass, and those of components without area,
             have no row.
         components: (n,) the component of each row, numbered from 0 in order of occurrence.
         n_vertices: the number of vertices of the mesh.

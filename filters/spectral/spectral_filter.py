@@ -43,7 +43,7 @@ class SpectralResult:
         route: the method that ran: "eigenvectors", "polynomial", "rational", or "none" if there was nothing to filter.
         error: a bound ("rational": in part an estimate) of the root mean square distance, over the surface, to the exact result,
             in mesh units. The error of the modes themselves, about 1e-9 of the mesh's size, is not included.
-        detail_size: the wavelength at which the response cuts off, in mesh units; infinity if no mode has a wavelength.
+        detail_size: the wavelength at which the response cuts off, in mesh units; infinity if nothing was filtered.
         modes: the number of computed modes, without the constant mode of each component.
         degree: the degree of the polynomial or rational function; 0 with "eigenvectors".
         explanation: why nothing was filtered; empty if something was.
@@ -97,15 +97,15 @@ def spectral_filter(
         method: "eigenvectors" computes modes. "polynomial" applies a polynomial of the Laplacian, or a rational function if the
             polynomial's degree would exceed 1,000. "auto" computes modes only if `modes` is given and they fit into 0.8 GB.
         operator: "cotangent", "robust" or "auto", see `surface_laplacian`.
-        tolerance: the bound of the error, as a share of the root mean square distance of the surface from the centroids. Smaller
+        tolerance: the aim for the error, as a share of the root mean square distance of the surface from the centroids. Smaller
             takes longer.
         movable: (n,) bool, the vertices that may move; None for all. All vertices are filtered, then fixed vertices are restored,
             which may leave a step between fixed and moved vertices.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        The coordinates and how they were computed. Vertices that are not `movable` or have no face with area keep their
-        coordinates exactly.
+        The coordinates and how they were computed. Vertices that are not `movable` or have no mass keep their coordinates
+        exactly.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
