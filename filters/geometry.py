@@ -132,7 +132,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
         pairs = edges(faces_or_edges)
     else:
         pairs = np.sort(faces_or_edges[faces_or_edges[:, 0] != faces_or_edges[:, 1]], axis=1)
-        pairs = pairs[np.sort(np.unique(pairs @ np.array([1 << 32, 1]), return_index=True)[1])]  # keeps the order, for the bits
+        pairs = pairs[np.sort(np.unique(pairs @ np.array([1 << 32, 1]), return_index=True)[1])]  # in the given order
     if len(pairs) == 0:
         return 0.0
     return float(edge_lengths(vertices, pairs).mean())

@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. Except on depth maps, a choice by balls (step 4) takes precedence. Rounded coordinates come last.
+    # 1. Correlated noise. Except on depth maps, a choice by held-out balls (step 4) wins. Rounded coordinates come last.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     correlated = None
     if shared and shared.chosen.label != Setting():

@@ -93,11 +93,11 @@ def setting_of_shared(
 def setting_by_balls(
     scan: Scan, tried: SettingsTried, choice: Choice[Setting], *, border: BorderPolicy
 ) -> Choice[Setting] | None:
-    """Chooses the setting that best predicts held-out balls; None if the setting of `choice` leaves no shared noise.
+    """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if that of `choice` leaves no shared noise.
 
-    `choice`, made with held-out vertices, leaves noise that neighbours share if four things hold. It predicts balls worse by
-    more than two standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result.
-    The levels of the difference spread less than 1.2 times as much as those of white noise smoothed twice. Most vertices count.
+    `choice`, made with held-out vertices, leaves such noise if four things hold. It predicts balls worse by more than two
+    standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result. Local levels of
+    the difference of both results spread less than 1.2 times as much as for white noise smoothed twice. Most vertices are scored.
     """
     pairs, _ = face_adjacency(scan.faces)
 

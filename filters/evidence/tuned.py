@@ -69,5 +69,5 @@ ROUNDED = 2.0
 CLOUD_NO_NOISE = 0.03
 #: Residuals of neighbours correlate by less than this (-0.2 to -0.1) with independent noise, but by up to 0.28 with strong noise.
 CLOUD_INDEPENDENT = -0.085
-#: The noise in the calmest part if noise is half a spacing. Above it, if residuals correlate, a quarter of the points is used.
+#: The noise in the calmest part if noise is half a spacing. Above it, if residuals correlate, filters are tried on fewer points.
 CLOUD_THICK = 0.33

@@ -1,6 +1,6 @@
 """Checks the output files before a run, and writes the resulting mesh to the staging folder.
 
-Textures keep the bytes of the input and go to the folder of the output, but those of .glb go into it. A texture replaces a file
+Textures keep the bytes of the input and go to the folder of the output; a .glb file contains its own. A texture replaces a file
 only if a former run to this output wrote that file, and the file has not changed since.
 """
 

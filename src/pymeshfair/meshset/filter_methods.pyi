@@ -585,8 +585,8 @@ class FilterMethods(metaclass=LateMethods):
                 'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
-                neighbours, degree and, if automatic, range sigma with the least prediction error at held-out points. Takes a
-                whole number from 0 to 10000, or 'auto'.
+                neighbours, degree and, if automatic, range sigma with one of the least prediction errors at held-out points.
+                Takes a whole number from 0 to 10000, or 'auto'.
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
                 quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours. Takes a whole number from 1 to 2.
             use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.

@@ -28,7 +28,7 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-_ROUNDING = 1e-6  # the tolerance for .3mf files, in diagonals; they contain a random number, so their bytes always differ
+_ROUNDING = 1e-6  # the tolerance for .3mf files, in diagonals; earlier versions wrote a random number into them
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def verify_output(
 class _Plan(NamedTuple):
     job: Job
     files: Sequence[str]  # the names of the output and its side files
-    unrepeatable: Mapping[str, float]  # random filters and formats, each with the tolerance for its results, in diagonals
+    unrepeatable: Mapping[str, float]  # random filters, and writing .3mf files, each with its tolerance in diagonals
     versions: Sequence[str]  # sentences on versions that have changed
     notes: Sequence[str]  # sentences on the recipe
 

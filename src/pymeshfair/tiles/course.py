@@ -180,7 +180,7 @@ class _TiledRun:
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
 
     def _report_skipped(self, number: int) -> None:
-        """Reports steps before `number` without `PlannedStep`: deletions, done by selections, and projections of 0 iterations."""
+        """Reports steps before `number` without a `PlannedStep`: deletions after a selection, projections of 0 iterations."""
         for skipped in range(len(self.steps) + 1, number):
             with self._step(skipped):
                 pass
