@@ -411,8 +411,8 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
     """(n,) a permutation: sorts the points by slabs along the longest side of their box, then the next side, then the shortest.
 
-    The points are of ordinary size, with at least one triangle. A sweep over a surface in this order alternates between a few
-    rows of points. In a breadth-first order sweeps would be a quarter faster, but finding it takes longer than this sort.
+    The points are of ordinary size, with at least one triangle. In a breadth-first order sweeps over a surface would be a
+    quarter faster, but finding it takes longer than this sort.
     """
     sample = faces[:: max(1, len(faces) // _SAMPLE)]
     starts = points[sample[:, 0]]

@@ -19,7 +19,7 @@ from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, mask_
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
 
-#: There is no "along", since planes of triangles predict no curve.
+#: `BorderPolicy` without "along": planes of triangles do not predict the curve of the border.
 JonesBorder: TypeAlias = Literal["fixed", "free"]
 
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.

@@ -16,7 +16,7 @@ from typer import Argument, Option
 from .options import Json
 from .streams import print_document, say, warn
 
-#: the least free space, in bytes: a run needs room for two copies of a large scan in a temporary folder
+#: the least free space, in bytes: `verify` and other commands write copies of a scan to the folder for temporary files
 _ENOUGH_DISK = 1 << 30
 
 

@@ -272,7 +272,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 
 
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
-    """Chooses or declares a dimension for each column: `name_` if the standard `name` cannot hold it; omits what LAS cannot."""
+    """Chooses or declares a dimension for each column: `name_` if the standard dimension `name` cannot hold its numbers."""
     import laspy
 
     standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
@@ -302,7 +302,7 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
 
 
 def is_declared(header: Any, name: str, values: Array) -> bool:
-    """Returns whether the header declares a dimension for these values; removes an integer one that would change floats."""
+    """Returns whether the header declares a dimension for these values; removes an integer dimension that would change them."""
     dimension = next((d for d in header.point_format.dimensions if d.name == name), None)
     if dimension is None or dimension.is_standard or dimension.kind.name == "FloatingPoint" or values.dtype.kind != "f":
         return dimension is not None

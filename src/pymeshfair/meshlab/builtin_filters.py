@@ -159,5 +159,5 @@ def _shortest(single: float) -> float:
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """Returns the defaults, except lengths, that are the same on every mesh; without them some filters repeat former values."""
+    """Returns the defaults, except lengths, that are the same on every mesh; without them some filters use their last values."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}

@@ -63,7 +63,7 @@ def shown_mesh(
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
     at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
-    `like` shows this mesh before its vertices moved; the result has the elements of `like`.
+    `like` is the `Shown` of this mesh before its vertices moved; the result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
     elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)

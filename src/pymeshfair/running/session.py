@@ -68,7 +68,7 @@ class RunCache:
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
-        """The layers after the longest kept beginning of `steps`, and the reports of its steps; None and () if none is kept."""
+        """The layers after the longest prefix of `steps` in the cache, and the reports of its steps; None and () without one."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, ()

@@ -203,7 +203,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """Returns how many rings of faces around each vertex a step reads: explicit smoothing, or one of Taubin's filters."""
+    """Returns how many rings of faces around each vertex explicit smoothing, or one of Taubin's filters, reads."""
     if step.filter == MESHLAB:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)

@@ -119,7 +119,7 @@ class Tasks:
     submit: Callable[..., Future[Answer]]  # does a task with its arguments on any worker
     items: Items  # the queue of signals from `pymeshfair.running.supervise.Interrupts`, and of finished tasks
     timeout: float = math.inf  # seconds for all tasks together, from the creation of this object
-    check: Callable[[], None] = lambda: None  # called about twice a second; may raise to stop
+    check: Callable[[], None] = lambda: None  # called after each task, and at least twice a second; may raise to stop
     work: WorkFolder | None = None
     peaks: dict[str, int] = field(default_factory=dict)  # peak memory by process in bytes, if known
 

@@ -221,7 +221,7 @@ def _as_data(bench: Workbench, mesh: Any) -> MeshData:
 
 
 def _image(mesh: Any) -> tuple[Texture, ...]:
-    """Returns the image of a mesh with one texture; of several textures, pymeshlab does not give the numbers."""
+    """Returns the image of a mesh with one texture; nothing for several, since pymeshlab does not give their numbers."""
     image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
     if image is None or not (image.width() and image.height()):
         return ()
