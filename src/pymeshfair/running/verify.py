@@ -12,7 +12,6 @@ import numpy as np
 
 from ..errors import ParameterError, PymeshfairError
 from ..files.errors import VerifyError
-from ..files.formats import extension
 from ..files.inputs import read_file
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 from ..filters.libraries import spatial
@@ -28,7 +27,6 @@ from .supervise import run_job
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-_ROUNDING = 1e-6  # the tolerance for .3mf files, in diagonals; earlier versions wrote a random number into them
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ def verify_output(
 class _Plan(NamedTuple):
     job: Job
     files: Sequence[str]  # the names of the output and its side files
-    unrepeatable: Mapping[str, float]  # random filters, and writing .3mf files, each with its tolerance in diagonals
+    unrepeatable: Mapping[str, float]  # random filters, each with its tolerance in diagonals
     versions: Sequence[str]  # sentences on versions that have changed
     notes: Sequence[str]  # sentences on the recipe
 
@@ -117,7 +115,6 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     _occupy(names[1:], job.output)
     tolerances, filters = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
     unrepeatable = {name: tolerances[name] for name in filters if name in tolerances}
-    unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(job.output) == "3mf" else {}
     recorded_versions = record["versions"].items()
     changes = [f"{name} was {version}, and is {now.get(name)}" for name, version in recorded_versions if version != now.get(name)]
     renamed = "" if output.name == names[0] else f"the run wrote it as {names[0]}"
