@@ -173,7 +173,7 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
-        with _LOADING:  # two copies of the code would share one environment object, which deleting a copy may free
+        with _LOADING:  # two copies of the code would share one environment object, and freeing a copy may free it
             loaded: Callable[..., Any] | None = self.code.get(signature)
             if loaded is None:
                 loaded = self.code[signature] = machine_code.load(code, self.__name__)

@@ -119,7 +119,7 @@ def projections(
 
 
 def estimated_range_sigma(points: Floats, normals: Floats | None, neighbors: int, kernel: KernelName) -> float:
-    """Returns the default range sigma of `bilateral_projection`, 0 without noise; arguments as in `projections`."""
+    """Returns the default range sigma of `bilateral_projection`, 0 if all heights h_ij are 0; arguments as in `projections`."""
     _, indices = nearest_neighbours(points, neighbors)
     axes = normals_of(points, indices) if normals is None else normals
     return range_term(kernel, None, 1.0, _heights_of(points, axes, indices), _SHARE).sigma

@@ -181,10 +181,10 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at `initial_positions`, with `by_means` at the means of their neighbours:
-        positions on fitted quadrics would hide that a filter moves noise-free vertices. A result f deviates from a vertex y by
-        n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`. `labels`
-        and `stays` are those of `cross_validate`; `progress` None is that of the scan.
+        fits the surface. Held-out vertices start at `initial_positions`: on fitted quadrics or at means of neighbours.
+        With `by_means` they start at means: quadrics would hide that a filter moves noise-free vertices. A result f deviates from
+        a vertex y by n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`.
+        `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
         hardly reaches its middle. Balls start on the smoothest surface through the other vertices after `denoised`.

@@ -166,7 +166,7 @@ def open_recipe(name: str, *, upgrade: bool = False) -> Recipe:
 
 
 def read_script_bytes(path: Path) -> bytes:
-    """The bytes of a script's file or of standard input: at most one more than a script may have, to refuse larger ones."""
+    """The bytes of a script in a file or on standard input: at most `MOST_BYTES` + 1, enough to refuse a larger script."""
     from ..scripts.read import MOST_BYTES, read_bytes
 
     return sys.stdin.buffer.read(MOST_BYTES + 1) if path == STANDARD else read_bytes(path)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller: less change; a gain only above 1
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller; a gain, if above 1
 _LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
@@ -112,7 +112,7 @@ class Moved:
     largest: float
     vertex: int  # the number of the vertex with the largest displacement, in the result
     place: tuple[float, ...]  # the place of that vertex in the result, (x, y, z)
-    edges: float | None  # the largest displacement in mean edges of the input, or mean spacings of a cloud; None without both
+    edges: float | None  # the largest displacement in mean edges of the input or mean spacings of a cloud; None if it has neither
     mean_edges: float | None  # the mean displacement in the same unit
 
 
