@@ -82,6 +82,12 @@ def test_what_does_nothing_is_not_to_be_smaller() -> None:
     assert milder(load_recipe("enhance_details").script.steps) == "a smaller value of gain"
 
 
+def test_a_gain_below_1_is_milder_if_larger() -> None:
+    """A gain of 1 changes nothing, and one of 0 removes all relief."""
+    script = override(load_recipe("enhance_details").script, ("gain=0.5",))
+    assert milder(script.steps) == "a larger value of gain"
+
+
 def test_much_new_surface_is_a_warning() -> None:
     """A sheet of a square to which one as large is added has as much new surface as it had."""
     vertices, faces = grid(3, 3)

@@ -269,13 +269,16 @@ def warnings_of(
 
 
 def milder(steps: Sequence[Step]) -> str:
-    """Returns advice to smooth less: a smaller value of a setting, or else of a parameter; empty if neither can be smaller."""
+    """Returns advice to smooth less: another value of a setting, or else of a parameter; empty if neither can be milder."""
     smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
     amounts = [(step, name) for step in smoothing for name in _AMOUNTS if step.values.get(name, 1) != 1]
     amounts = [(s, n) for s, n in amounts if n != "gain" or s.values.get("response", "enhance") == "enhance"]  # else no effect
     chosen = [(s, n) for s, n in amounts if n in s.settings and s.values[n] != "auto"] or amounts
-    names = [s.settings.get(n, n) + (" than 'auto' takes" if s.values[n] == "auto" else "") for s, n in chosen]
-    return f"a smaller value of {names[0]}" if names else ""
+    if not chosen:
+        return ""
+    step, name = chosen[0]
+    way = "larger" if name == "gain" and step.values[name] < 1 else "smaller"
+    return f"a {way} value of {step.settings.get(name, name)}" + (" than 'auto' takes" if step.values[name] == "auto" else "")
 
 
 def _advice(before: str, remedies: Sequence[str]) -> str:
