@@ -96,8 +96,8 @@ def setting_by_balls(
     """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if that of `choice` leaves no shared noise.
 
     `choice`, made with held-out vertices, leaves such noise if four things hold. It predicts balls worse by more than two
-    standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result. Local levels of
-    the difference of both results spread less than 1.2 times as much as for white noise smoothed twice. Most vertices are scored.
+    standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result. The deciles of
+    local levels of the difference of both spread less than 1.2 times as much as for smoothed white noise. Most vertices count.
     """
     pairs, _ = face_adjacency(scan.faces)
 
@@ -119,7 +119,7 @@ def setting_by_balls(
         return None
     at, flat = _Scales(scan), result(balls.chosen.label)
     noises = np.einsum("ij,ij->i", left - flat, scan.normals), at.noise(2)
-    (low, high), (least, most) = (np.quantile(at.local_means(noise**2, _FAR), (0.05, 0.95)) for noise in noises)
+    (low, high), (least, most) = (np.quantile(at.local_means(noise**2, _FAR), (0.1, 0.9)) for noise in noises)
     return balls if high * least < tuned.LARGER**2 * most * low and angle(flat) < enough else None
 
 
