@@ -348,10 +348,11 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
                 sums[faces[f, k], c] += normals[f, c]
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        product = 0.0
+        product = square = 0.0
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
-        away[f] = product < 0.0
+            square += normals[f, d] * normals[f, d]
+        away[f] = product < -1e-9 * square  # not 0: of faces that are there both ways round only rounding errors are left
 
 
 class WalkableSurface(NamedTuple):
