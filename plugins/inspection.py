@@ -12,13 +12,7 @@ from pymeshfair.filters import inspection
 from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.topology import referenced_vertices
 
-Colored = Annotated[
-    bool,
-    Bool(
-        label="Colour",
-        help="Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.",
-    ),
-]
+Colored = Annotated[bool, Bool(label="Colour", help="Also colour the mesh by the scalar, which replaces its colours.")]
 
 #: the angle of adjacent triangles, in radians, up to which the surface counts as flat; rounded coordinates alone bend it so much
 _FLAT = 1e-6
@@ -57,7 +51,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
         operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
     """
     values = inspection.mean_curvature(layer.vertices, layer.faces, operator=operator)
-    return _colored(layer, values, color, negligible=_FLAT / (layer.mean_edge or math.inf))
+    return _colored(layer, values, color, flat=_FLAT / (layer.mean_edge or math.inf))
 
 
 @vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
@@ -75,7 +69,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     """
     values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
     flat = _FLAT if measure == "deficit" else _FLAT / (layer.mean_edge or math.inf)
-    return _colored(layer, values, color, negligible=flat * flat, sum=float(values[_used(layer)].sum()))
+    return _colored(layer, values, color, flat=flat * flat, sum=float(values[_used(layer)].sum()))
 
 
 @mesh_filter(
@@ -164,9 +158,9 @@ def _used(layer: Layer) -> Bools:
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
-def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, negligible: float = 0.0, **report: Any) -> Edit:
+def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, flat: float = 0.0, **report: Any) -> Edit:
     counted = values[_used(layer)]
-    limits = inspection.symmetric_limits(counted, negligible) if signed else inspection.robust_limits(counted)
+    limits = inspection.symmetric_limits(counted, flat) if signed else inspection.robust_limits(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None
     return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | report)
 

@@ -30,10 +30,9 @@ _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
-#: A mollified triangle has collapsed if it has at most this share of its area: its normal would be that of rounding errors.
-_COLLAPSED = 1e-6
-#: Normals have cancelled out if their sum is at most this share of their sizes. Vectors up to `_SMALLEST` have no direction.
-_CANCELLED, _SMALLEST = 1e-10, 1e-100
+#: Sums of normals, and areas of mollified triangles, up to this share of the areas are rounding errors.
+#: Vectors up to `_SMALLEST` have no direction.
+_CANCELLED, _SMALLEST = 1e-8, 1e-100
 # The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32
 # The largest number of cells along an axis: the index of a cell stays below 2^63.
@@ -344,7 +343,7 @@ def _mollified(points: Floats, shape: Floats, faces: Ints) -> tuple[Floats, Floa
     """
     own, vectors = cross_products(points, faces), cross_products(shape, faces)
     lengths = np.linalg.norm(own, axis=1)
-    collapsed = np.linalg.norm(vectors, axis=1) <= _COLLAPSED * lengths
+    collapsed = np.linalg.norm(vectors, axis=1) <= _CANCELLED * lengths
     return unit_vectors(np.where(collapsed[:, None], own, vectors)), np.where(lengths > _SMALLEST, lengths, 0.0) / 2.0
 
 

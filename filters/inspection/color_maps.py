@@ -43,10 +43,7 @@ def robust_limits(values: Floats) -> Limits:
 
 
 def symmetric_limits(values: Floats, negligible: float = 0.0) -> Limits:
-    """Limits -x and x that enclose 98 % of the finite values; if 98 % are 0, x is the largest absolute value.
-
-    Values up to `negligible` count as 0: the colours do not show rounding errors.
-    """
+    """Limits -x and x of 98 % of the finite values, or of all if 98 % are 0; sizes up to `negligible` count as 0."""
     sizes = np.abs(values[np.isfinite(values)])
     sizes[sizes <= negligible] = 0.0
     if not len(sizes):
