@@ -151,9 +151,7 @@ def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
 @compiled(nogil=True)
 def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, last: int) -> None:
     for e in range(first, last):
-        a, b = pairs[e, 0], pairs[e, 1]
-        x, y, z = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-        lengths[e] = math.sqrt(x * x + y * y + z * z)
+        lengths[e] = math.sqrt(squared_length(vertices, pairs[e, 0], pairs[e, 1]))
 
 
 def vector_lengths(vectors: Floats) -> Floats:
@@ -292,7 +290,7 @@ def vertex_normals_by_angle(vertices: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals of the vertices: angle-weighted means of the face normals [thurmer1998]; 0 without a face."""
     normals = np.zeros((len(vertices), 3))
     _add_by_angle(vertices, faces, normals)
-    return normals
+    return unit_vectors(normals)
 
 
 @compiled
@@ -323,11 +321,6 @@ def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
             normals[i, 0] += angle * x
             normals[i, 1] += angle * y
             normals[i, 2] += angle * z
-    for i in range(normals.shape[0]):
-        length = math.sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2)
-        if length > 0.0:
-            for c in range(3):
-                normals[i, c] /= length
 
 
 def looking_away(normals: Floats, faces: Ints, count: int) -> Bools:
@@ -348,10 +341,11 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
                 sums[faces[f, k], c] += normals[f, c]
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        product = 0.0
+        product = square = 0.0
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
-        away[f] = product < 0.0
+            square += normals[f, d] * normals[f, d]
+        away[f] = product < -1e-9 * square  # not 0: of faces that are there both ways round only rounding errors are left
 
 
 class WalkableSurface(NamedTuple):

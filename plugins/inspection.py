@@ -1,5 +1,6 @@
 """Inspection: measures, curvature, reflection lines, triangle shape, displacement."""
 
+import math
 from dataclasses import asdict
 from functools import partial
 from typing import Annotated, Any
@@ -11,14 +12,10 @@ from pymeshfair.filters import inspection
 from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.topology import referenced_vertices
 
-Colored = Annotated[
-    bool,
-    Bool(
-        label="Colour",
-        help="Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.",
-    ),
-]
+Colored = Annotated[bool, Bool(label="Colour", help="Also colour the mesh by the scalar, which replaces its colours.")]
 
+#: the angle of adjacent triangles, in radians, up to which the surface counts as flat; rounded coordinates alone bend it so much
+_FLAT = 1e-6
 _LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
 #: `mesh_filter` with the defaults for a filter that writes the vertex scalar and shows it in colours
 vertex_look = partial(
@@ -53,7 +50,8 @@ def compute_scalar_by_mean_curvature_per_vertex(
     Args:
         operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread vertices.
     """
-    return _colored(layer, inspection.mean_curvature(layer.vertices, layer.faces, operator=operator), color)
+    values = inspection.mean_curvature(layer.vertices, layer.faces, operator=operator)
+    return _colored(layer, values, color, flat=_FLAT / (layer.mean_edge or math.inf))
 
 
 @vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
@@ -70,7 +68,8 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
         measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in radians.
     """
     values = inspection.gaussian_curvature(layer.vertices, layer.faces, measure=measure)
-    return _colored(layer, values, color, sum=float(values[_used(layer)].sum()))
+    flat = _FLAT if measure == "deficit" else _FLAT / (layer.mean_edge or math.inf)
+    return _colored(layer, values, color, flat=flat * flat, sum=float(values[_used(layer)].sum()))
 
 
 @mesh_filter(
@@ -159,9 +158,9 @@ def _used(layer: Layer) -> Bools:
     return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
-def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, **report: Any) -> Edit:
+def _colored(layer: Layer, values: Floats, color: bool, *, signed: bool = True, flat: float = 0.0, **report: Any) -> Edit:
     counted = values[_used(layer)]
-    limits = (inspection.symmetric_limits if signed else inspection.robust_limits)(counted)
+    limits = inspection.symmetric_limits(counted, flat) if signed else inspection.robust_limits(counted)
     colors = (inspection.diverging_colors if signed else inspection.sequential_colors)(values, limits) if color else None
     return Edit(vertex_scalars=values, vertex_colors=colors, values=_statistics(counted, limits) | report)
 

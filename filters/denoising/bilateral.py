@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice, check_positive, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..geometry import cross_products, mean_edge_length
+from ..geometry import cross_product, cross_products, mean_edge_length, unit_vectors
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, mask_of, normalised_mesh
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
@@ -30,6 +30,9 @@ _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
+#: Sums of normals, and areas of mollified triangles, up to this share of the areas are rounding errors.
+#: Vectors up to `_SMALLEST` have no direction.
+_CANCELLED, _SMALLEST = 1e-8, 1e-100
 # The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32
 # The largest number of cells along an axis: the index of a cell stays below 2^63.
@@ -147,9 +150,9 @@ def bilateral_jones(
             near = _Triangles.of(start, triangles, REACH * narrow.sigma, start)
             shape = _estimated(start, np.arange(len(mesh), dtype=np.int32), near, narrow, None)
         progress(0.3)
-        normals, whole = _normals(shape, triangles)
-        corners = start[triangles[whole]]
-        heights = np.einsum("fkc,fc->fk", corners - corners.mean(axis=1, keepdims=True), normals[whole]).ravel()
+        normals, areas = _mollified(start, shape, triangles)
+        corners = start[triangles[areas > 0.0]]
+        heights = np.einsum("fkc,fc->fk", corners - corners.mean(axis=1, keepdims=True), normals[areas > 0.0]).ravel()
         height = range_term(range_kernel, range_sigma, mesh.scale, heights, _SHARE_OF_CORNERS)
         now = start
         if min(space.sigma, height.sigma) > 0.0:
@@ -253,17 +256,13 @@ def _step(points: Floats, out: Floats, around: _HeightNeighbours, space: Term, h
 def _normal(points: Floats, i: int, around: _HeightNeighbours) -> tuple[float, float, float]:
     """Returns the unit normal of the faces around i, weighted by area, or 0 if their normals cancel out."""
     end_offsets, ends = around.end_offsets, around.ends
-    x = y = z = 0.0
-    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    x = y = z = size = 0.0
     for k in range(end_offsets[i], end_offsets[i + 1], 2):
-        a, b = ends[k], ends[k + 1]
-        ax, ay, az = points[a, 0] - px, points[a, 1] - py, points[a, 2] - pz
-        bx, by, bz = points[b, 0] - px, points[b, 1] - py, points[b, 2] - pz
-        x += ay * bz - az * by
-        y += az * bx - ax * bz
-        z += ax * by - ay * bx
+        a, b, c = cross_product(points, i, ends[k], ends[k + 1])
+        x, y, z = x + a, y + b, z + c
+        size += abs(a) + abs(b) + abs(c)
     length = math.sqrt(x * x + y * y + z * z)
-    if length < 1e-100:
+    if length <= max(_CANCELLED * size, _SMALLEST):
         return 0.0, 0.0, 0.0
     return x / length, y / length, z / length
 
@@ -323,13 +322,12 @@ class _Triangles(NamedTuple):
 
     @staticmethod
     def of(points: Floats, faces: Ints, reach: float, shape_of: Floats) -> "_Triangles":
-        """Returns the triangles of a mesh in cells of at least `reach`; normals are computed with the points `shape_of`."""
-        areas = np.linalg.norm(cross_products(points, faces), axis=1) / 2.0
-        normals, has_normal = _normals(shape_of, faces)
-        whole = np.flatnonzero(has_normal & (areas > 0.0))
+        """Returns the triangles of a mesh in cells of at least `reach`; normals are those of `_mollified`."""
+        normals, areas = _mollified(points, shape_of, faces)
+        whole = np.flatnonzero(areas > 0.0)
         centres = points[faces].mean(axis=1)[whole]
         low, high = (centres.min(axis=0), centres.max(axis=0)) if len(centres) else (np.zeros(3), np.zeros(3))
-        size = max(reach, float((high - low).max(initial=0.0)) / (_MOST_CELLS - 3), 1e-100)
+        size = max(reach, float((high - low).max(initial=0.0)) / (_MOST_CELLS - 3), _SMALLEST)
         low = low - size  # an empty layer of cells all around
         shape = ((high - low) / size).astype(np.int64) + 2
         cells = ((centres - low) / size).astype(np.int64)
@@ -338,11 +336,15 @@ class _Triangles(NamedTuple):
         return _Triangles(centres[order], normals[whole][order], areas[whole][order], keys[order], low, size, shape)
 
 
-def _normals(points: Floats, faces: Ints) -> tuple[Floats, Bools]:
-    """Returns (m, 3) the unit normals of triangles, and (m,) which triangles have one."""
-    vectors = cross_products(points, faces)
-    lengths = np.linalg.norm(vectors, axis=1)
-    return vectors / np.maximum(lengths, 1e-100)[:, None], lengths > 1e-100
+def _mollified(points: Floats, shape: Floats, faces: Ints) -> tuple[Floats, Floats]:
+    """Returns (m, 3) the unit normals of the triangles at the points `shape`, and (m,) their areas at `points`.
+
+    A triangle that has next to no area in this shape, such as one that nothing is near to, has its own normal.
+    """
+    own, vectors = cross_products(points, faces), cross_products(shape, faces)
+    lengths = np.linalg.norm(own, axis=1)
+    collapsed = np.linalg.norm(vectors, axis=1) <= _CANCELLED * lengths
+    return unit_vectors(np.where(collapsed[:, None], own, vectors)), np.where(lengths > _SMALLEST, lengths, 0.0) / 2.0
 
 
 def _estimated(points: Floats, moving: Ints, triangles: _Triangles, space: Term, height: Term | None) -> Floats:

@@ -1,11 +1,12 @@
 """Measures the share of the relief that a filter removes: relief is the height above a smoothed surface, without noise."""
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_finite
+from ..checks import ConvergenceError, check_finite
 from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
@@ -39,7 +40,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         noise: the noise level in `before`: the standard deviation along the normals, in mean edges, independent at each vertex.
 
     Returns:
-        The loss; None if no relief stands out from the noise.
+        The loss; None if no relief stands out from the noise, or a surface cannot be smoothed, as one of collapsed triangles.
 
     Raises:
         FilterInputError: not a mesh, or a level below 0.
@@ -50,10 +51,11 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     edge = mean_edge_length(points, triangles)
     if not edge > 0.0:
         return None
-    for band in BANDS:
-        lost = _lost_in(band, points, result, triangles, edge, level)
-        if lost is not None:
-            return ReliefLoss(lost, band[0])
+    with suppress(ConvergenceError):
+        for band in BANDS:
+            lost = _lost_in(band, points, result, triangles, edge, level)
+            if lost is not None:
+                return ReliefLoss(lost, band[0])
     return None
 
 

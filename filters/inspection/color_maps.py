@@ -42,9 +42,10 @@ def robust_limits(values: Floats) -> Limits:
     return Limits(float(low), float(high))
 
 
-def symmetric_limits(values: Floats) -> Limits:
-    """Limits -x and x that enclose 98 % of the finite values; if 98 % are 0, x is the largest absolute value."""
+def symmetric_limits(values: Floats, negligible: float = 0.0) -> Limits:
+    """Limits -x and x of 98 % of the finite values, or of all if 98 % are 0; sizes up to `negligible` count as 0."""
     sizes = np.abs(values[np.isfinite(values)])
+    sizes[sizes <= negligible] = 0.0
     if not len(sizes):
         return Limits(0.0, 0.0)
     limit = float(np.quantile(sizes, ENCLOSED, overwrite_input=True)) or float(sizes.max())

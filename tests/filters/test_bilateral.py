@@ -110,6 +110,24 @@ def test_iterations_are_steps_one_after_the_other() -> None:
     np.testing.assert_allclose(bilateral_fleishman(once, faces, iterations=1, **sigmas), twice, rtol=0, atol=1e-14)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_triangle_that_nothing_is_near_to_stays(seed: int) -> None:
+    """Its mollified shape is a point with a normal of roundings: in the middle of a noisy sphere it does not move."""
+    vertices, faces = noisy(icosphere(2), 0.01)
+    alone = np.random.default_rng(seed).uniform(-0.1, 0.1, (3, 3))
+    there, three = np.concatenate([vertices, alone]), len(vertices) + np.arange(3, dtype=np.int32)
+    found = bilateral_jones(there, np.concatenate([faces, three[None]]))
+    np.testing.assert_allclose(found[three], alone, rtol=0, atol=1e-15)
+
+
+def test_vertices_whose_normals_cancel_out_stay() -> None:
+    """On a sphere whose faces are all there twice, both ways round, the sum of normals is that of their roundings."""
+    vertices, faces = noisy(icosphere(2), 0.01)
+    for order in (np.arange(640), np.random.default_rng(0).permutation(640)):
+        both = np.concatenate([faces, faces[:, ::-1]])[order]
+        np.testing.assert_array_equal(bilateral_fleishman(vertices, both), vertices)
+
+
 @pytest.mark.parametrize("name", KERNEL_NAMES)
 @pytest.mark.parametrize("apply", FILTERS)
 def test_a_plane_is_a_fixed_point(apply: Filter, name: KernelName) -> None:

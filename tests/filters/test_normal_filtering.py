@@ -544,3 +544,14 @@ def test_two_gaussians_are_the_exponential_of_both(range_sigma: float, space_sig
     found = weighted_normals(normals, table, around, Weighting.of(NormalFilter(range_sigma=range_sigma), space_sigma))
     # Sums of 90 terms are off by as many roundings at most.
     np.testing.assert_allclose(found, expected, rtol=0, atol=90 * 2.0**-52)
+
+
+def test_faces_that_are_there_both_ways_round_count_as_folded_nowhere() -> None:
+    """The normals around them cancel out, and what is left are rounding errors, which would put corners back by chance."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    both = np.concatenate([faces, faces[:, ::-1]])
+    for turn in (np.eye(3), rotation(3)):
+        assert not folded_faces(vertices @ turn.T, both).any()
+    found = normal_filtering(vertices, both, outer_iterations=3)
+    turned = normal_filtering(vertices @ rotation(3).T, both, outer_iterations=3)
+    np.testing.assert_allclose(turned @ rotation(3), found, rtol=0, atol=1e-12)

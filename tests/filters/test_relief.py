@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.filters.diffusion import relief_lost
+from pymeshfair.filters.diffusion import explicit_smoothing, relief_lost
 from pymeshfair.filters.geometry import mean_edge_length
-from tests.meshes import Mesh, icosphere
+from tests.meshes import Mesh, icosphere, noisy
 
 
 def _bumpy() -> tuple[Mesh, np.ndarray]:
@@ -53,3 +53,10 @@ def test_noise_hides_short_relief_alone() -> None:
     assert lost is not None
     assert lost.shortest == 6.0
     assert lost.share == pytest.approx(0.5, abs=0.1)
+
+
+def test_collapsed_triangles_are_not_measured() -> None:
+    """Triangles with vertices of their own, each smoothed to nearly a point, have no loss: their smoothing has no solution."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    soup, own = vertices[faces].reshape(-1, 3), np.arange(faces.size, dtype=np.int32).reshape(-1, 3)
+    assert relief_lost(soup, explicit_smoothing(soup, own), own) is None

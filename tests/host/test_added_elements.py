@@ -254,9 +254,12 @@ def test_each_connected_part_of_new_faces_takes_texture_and_scalars_from_its_own
 
 
 def test_polygons_stay_where_there_is_a_triangle(tmp_path: Path) -> None:
-    """Quadrilaterals stay what they are beside a triangle; alone they become triangles, which is said."""
+    """Quadrilaterals stay what they are beside a triangle, on edges of three faces too; alone they become triangles, which is
+    said.
+    """
     lines = [f"v {x} {y} 0" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (2, 1), (3, 0))]
-    for name, faces in (("mixed", ["f 1 2 3 4", "f 2 5 6 3", "f 5 7 6"]), ("quads", ["f 1 2 3 4", "f 2 5 6 3"])):
+    quads = ["f 1 2 3 4", "f 2 5 6 3"]
+    for name, faces in (("mixed", [*quads, "f 5 7 6"]), ("three", [*quads, "f 2 3 7 1", "f 5 7 6"]), ("quads", quads)):
         (tmp_path / "mesh.obj").write_text("\n".join(lines + faces))
         notes: list[str] = []
         meshes = MeshSet()
@@ -266,14 +269,15 @@ def test_polygons_stay_where_there_is_a_triangle(tmp_path: Path) -> None:
         meshes.apply_step(give_back(Edit(added_faces=np.array([[0, 3, 5]], dtype=np.int32), notes=("own",))))
         assert same(meshes.current_mesh().face_matrix(), np.vstack([old, [[0, 3, 5]]]).astype(np.int32))
         polygons = sorted(map(len, meshes.current_mesh().polygonal_face_list()))
-        assert polygons == ([3, 3, 4, 4] if name == "mixed" else [3] * 5)
-        assert notes[1:] == [] if name == "mixed" else "polygons" in notes[1]
+        assert polygons == {"mixed": [3, 3, 4, 4], "three": [3, 3, 4, 4, 4], "quads": [3] * 5}[name]
+        assert notes[1:] == [] if name != "quads" else "polygons" in notes[1]
 
 
 @pytest.mark.parametrize(
     ("vertices", "faces"),
     [
         (np.random.default_rng(1).random((8, 3)), [[0, 1, 2], [1, 0, 3], [0, 1, 4], [5, 6, 7], [0, 6, 7]]),  # not manifold
+        (np.random.default_rng(1).random((8, 3)), [[5, 6, 7], [0, 1, 2], [1, 0, 3], [0, 1, 4], [0, 1, 4]]),  # not where it grows
         (np.random.default_rng(1).random((9, 3)), [[2, 4, 6]]),  # vertices without faces
         (np.zeros((4, 3)), [[0, 1, 2], [1, 0, 3]]),  # all in one place
         (np.random.default_rng(1).random((4, 3)), [[0, 1, 2], [0, 1, 2], [2, 1, 0]]),  # a face three times

@@ -3054,7 +3054,7 @@ class FilterMethods(metaclass=LateMethods):
                 reference; 'auto' takes 'vertex' if the two layers have the same faces.
             signed: Values are negative on the inner side of the reference; for 'vertex' they are the components along its
                 normals.
-            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3176,7 +3176,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle deficit of the vertex, in
                 radians.
-            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3284,7 +3284,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             operator: 'cotangent' allows for triangle shapes; 'uniform' is robust to slivers, but wrong for unevenly spread
                 vertices.
-            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -3381,7 +3381,7 @@ class FilterMethods(metaclass=LateMethods):
         1. Returns these two limits, and the lowest, the highest and the mean value.
 
         Args:
-            color: Also colour the mesh by the scalar, which replaces its colours. Otherwise only the scalar is written.
+            color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Ints
 from ..errors import MeshError
+from ..filters.topology import non_manifold_edges
 from .workbench import Workbench, check_taken, read_array
 
 
@@ -42,7 +43,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
     seed, triangulated = _seed(bench, mesh, may_seed)
-    _cut_out(bench, f"fi=={seed}?1:0")
+    # MeshLab subdivides no mesh with an edge of more than two faces; without common edges its faces have none.
+    _cut_out(bench, "fi+1" if len(non_manifold_edges(old_faces)) else f"fi=={seed}?1:0")
     index_after_cut = np.arange(mesh.vertex_number())
     index_after_cut[read_array(mesh, "faces")] = old_faces
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi=={seed}")
