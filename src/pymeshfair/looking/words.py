@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..places import distance_unit, point_text
+from ..places import counted, distance_unit, point_text
 
 if TYPE_CHECKING:
     from .comparison import Comparison, Deviation, LengthIn
@@ -150,11 +150,6 @@ def _part_text(part: Mapping[str, Any]) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
-
-
-def counted(count: int, one: str, several: str = "") -> str:
-    """Returns a count with its noun, such as ``1 step`` or ``1,200 steps``."""
-    return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
 def verdict_text(result: Comparison, unit: str | None = None) -> str:

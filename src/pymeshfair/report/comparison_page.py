@@ -22,11 +22,11 @@ from ..looking.words import (
     became_text,
     change_lines,
     comparison_lines,
-    counted,
     distance_table,
     measure_rows,
     verdict_text,
 )
+from ..places import counted
 from ..running.job import plain, steps_of
 from ..running.read import ReadMesh
 from .page import Chart, Figure, SectionChart, figure_of, histogram, render
