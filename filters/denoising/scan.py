@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compilation import compiled
-from ..diffusion import harmonic_values
+from ..diffusion import harmonic_continuation
 from ..evidence import (
     BALL,
     Candidates,
@@ -218,8 +218,8 @@ class Scan:
     def _with_smooth_balls(self, denoised: Callable[[Floats], Floats], middles: Ints) -> Floats:
         """Returns the (n, 3) points, with the balls on the smoothest surface through the other vertices after `denoised`."""
         ball = with_neighbours(mask_of(middles, len(self.points)), edges(self.faces), BALL)
-        smooth = denoised(harmonic_values(self.faces, self.points, ~ball, order=2))
-        return np.where(ball[:, None], harmonic_values(self.faces, smooth, ~ball, order=2), self.points)
+        continued = harmonic_continuation(self.faces, ~ball, order=2)
+        return np.where(ball[:, None], continued(denoised(continued(self.points))), self.points)
 
     def choose_by_risk(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], noise: Floats | None = None

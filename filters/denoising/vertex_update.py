@@ -34,15 +34,14 @@ def fit_vertices(
     iterations: int = 10,
     moves: Bools,
     along_normal: Bools | None = None,
-    avoid_flips: bool = True,
     overwrite: Floats | None = None,
 ) -> Floats:
     """Returns (n, 3) the vertices after `iterations` steps towards faces with the given target normals.
 
     "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with
-    target normals n_j and centres c_j; w_j is 1 or the area of j. With `avoid_flips`, which "conjugate_gradient" ignores, a step
-    that turns a face away from its target normal is halved up to three times, then left out. Vertices that are `along_normal`, as
-    on borders, move along the mean target normal only. `overwrite` is an (m, 6) or wider array, whose memory is reused.
+    target normals n_j and centres c_j; w_j is 1 or the area of j. A step that turns a face away from its target normal is halved
+    up to three times, then left out, except by "conjugate_gradient". Vertices that are `along_normal`, as on borders, move along
+    the mean target normal only. `overwrite` is an (m, 6) or wider array, whose memory is reused.
     """
     check_choice("vertex_update", update, VertexUpdate)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
@@ -53,7 +52,7 @@ def fit_vertices(
     planes[:, NORMAL] = normals
     for _ in range(iterations):
         over_range(_measure, len(faces), now, faces, update == "ohtake", planes)
-        over_range(_step, len(vertices), now, at_vertices, planes, moves, bound, avoid_flips, then)
+        over_range(_step, len(vertices), now, at_vertices, planes, moves, bound, then)
         now, then = then, now
     return now
 
@@ -161,9 +160,7 @@ def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int
 
 # Unsigned indices save the test for negative indices.
 @compiled(nogil=True, error_model="numpy")
-def _step(
-    now: Floats, at: VertexFaces, planes: Floats, moves: Bools, bound: Bools, careful: bool, then: Floats, first: int, last: int
-) -> None:
+def _step(now: Floats, at: VertexFaces, planes: Floats, moves: Bools, bound: Bools, then: Floats, first: int, last: int) -> None:
     offsets, rows = at
     for i in range(np.uint64(first), np.uint64(last)):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
@@ -185,7 +182,7 @@ def _step(
             x, y, z = x / total, y / total, z / total
             if bound[i]:
                 x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
-            if careful and not x * x + y * y + z * z < _SAFE * least:
+            if not x * x + y * y + z * z < _SAFE * least:
                 share = _share_without_flips(now, i, rows, int(start), int(stop), planes, (x, y, z))
                 x, y, z = share * x, share * y, share * z
         then[i, 0] = px + x if x != 0.0 else px

@@ -10,7 +10,7 @@ from .explicit import (
     taubin_fairing,
     transfer_function,
 )
-from .harmonic import harmonic_values
+from .harmonic import harmonic_continuation, harmonic_values
 from .implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from .relief import ReliefLoss, relief_lost
 from .stencil import UPDATE_RULES, UpdateRule
@@ -25,6 +25,7 @@ __all__ = [
     "TaubinOperator",
     "UpdateRule",
     "explicit_smoothing",
+    "harmonic_continuation",
     "harmonic_values",
     "implicit_fairing",
     "longest_step",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..libraries import sparse
 from ..linear_solvers import Cholesky
-from ..mesh import Floats, check_vertex_mask, mask_of
+from ..mesh import Bools, Floats, Ints, check_vertex_mask, mask_of
 from ..topology import edges
 
 
@@ -35,22 +36,31 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
     """
     if order not in (1, 2):
         raise FilterInputError(f"order is {order!r}: it must be 1 or 2")
-    result = np.array(values, dtype=np.float64)
+    given = np.asarray(values, dtype=np.float64)
     triangles = np.asarray(faces)
-    if result.ndim != 2 or (len(triangles) and triangles.max() >= len(result)):
-        raise FilterInputError(f"values of shape {result.shape} do not fit: there must be a row for every vertex of the faces")
-    is_fixed = check_vertex_mask("fixed", fixed, len(result))
-    ends = edges(np.ascontiguousarray(triangles, dtype=np.int32))
-    n = len(result)
+    if given.ndim != 2 or (len(triangles) and triangles.max() >= len(given)):
+        raise FilterInputError(f"values of shape {given.shape} do not fit: there must be a row for every vertex of the faces")
+    return harmonic_continuation(triangles, check_vertex_mask("fixed", fixed, len(given)), order=order)(given)
+
+
+def harmonic_continuation(faces: Ints, fixed: Bools, *, order: Literal[1, 2]) -> Callable[[Floats], Floats]:
+    """Returns `harmonic_values` as a function of the (n, k) values, whose matrix is factorised once."""
+    ends, n = edges(np.ascontiguousarray(faces, dtype=np.int32)), len(fixed)
     graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
     count, label = sparse.csgraph.connected_components(graph, directed=False)
-    free = ~is_fixed & mask_of(label[is_fixed], count)[label]
+    free = ~fixed & mask_of(label[fixed], count)[label]
     if not free.any():
-        return result
+        return np.copy
     degrees = np.asarray(graph.sum(axis=1)).ravel()
     system = sparse.csr_matrix(sparse.diags_array(degrees) - graph)
     if order == 2:
         system = (system @ sparse.diags_array(1.0 / np.maximum(degrees, 1.0) ** 2) @ system).tocsr()
     rows = system[free]
-    result[free] = Cholesky(rows[:, free]).solve(-rows[:, is_fixed] @ result[is_fixed])
-    return result
+    factors, from_fixed = Cholesky(rows[:, free]), -rows[:, fixed]
+
+    def continued(values: Floats) -> Floats:
+        result = values.copy()
+        result[free] = factors.solve(from_fixed @ values[fixed])
+        return result
+
+    return continued

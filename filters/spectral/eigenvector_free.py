@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..checks import ConvergenceError, FilterInputError
+from ..checks import ConvergenceError
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import fft, sparse
@@ -50,12 +50,13 @@ def filter_without_eigenvectors(
     response: Response,
     *,
     tolerance: float = 1e-5,
-    route: Literal["auto"] | RouteName = "auto",
     progress: Progress = ignore_progress,
 ) -> Filtered:
     """Returns F(sqrt(M^-1 S)) v: multiplies every mode in v by the response at its frequency.
 
-    The mean of each component is subtracted first and added back exactly.
+    The mean of each component is subtracted first and added back exactly. A polynomial takes about three products with a matrix
+    for each edge in the cutoff wavelength, more with thin triangles; if its degree would exceed `MOST_PRODUCTS`, a rational
+    function takes about 30 solves.
 
     Args:
         problem: S, M and the components, n rows.
@@ -63,16 +64,12 @@ def filter_without_eigenvectors(
         response: F.
         tolerance: the error aimed at in the M-norm, as a share of |v - means|_M; `Filtered.share` is the error reached. Solves of
             the rational route may add 0.3 x tolerance. Rounding errors exceed a tolerance below 1e-12. Smaller takes longer.
-        route: "polynomial": products with a matrix, about three for each edge in the cutoff wavelength, more with thin triangles.
-            "rational": about 30 solves. "auto": a polynomial, or a rational function if the polynomial's degree would exceed
-            `MOST_PRODUCTS`.
         progress: called after every product and every few steps of a solve; may raise to stop.
 
     Returns:
         The filtered values, their error and the route.
 
     Raises:
-        FilterInputError: the route "polynomial" would need too high a degree.
         ConvergenceError: the systems of the rational route cannot be solved, or S is not positive semidefinite.
     """
     mass = problem.mass
@@ -85,7 +82,7 @@ def filter_without_eigenvectors(
     symmetric = symmetric_form(problem.dirichlet, mass)
     proven = gershgorin_bound(symmetric, mass)
     bound = min(lanczos_bound(symmetric), proven)
-    series, pole = _chosen_series(response, bound, tolerance, route)
+    series, pole = _chosen_series(response, bound, tolerance)
     error = 0.0
     dirichlet = problem.dirichlet
     order = nearby_order(symmetric, unit.shape[1] * (series.degree if pole is None else _PRODUCTS_AN_ORDER_COSTS))
@@ -112,22 +109,13 @@ def filter_without_eigenvectors(
     return Filtered(result, share * size / math.sqrt(area), share, "polynomial" if pole is None else "rational", series.degree)
 
 
-def _chosen_series(
-    response: Response, bound: float, tolerance: float, route: Literal["auto"] | RouteName
-) -> tuple[ChebyshevSeries, float | None]:
+def _chosen_series(response: Response, bound: float, tolerance: float) -> tuple[ChebyshevSeries, float | None]:
     """Chooses a polynomial, or a rational function and its pole."""
-    if route != "rational":
-        most = MOST_PRODUCTS if route == "auto" else LARGEST_DEGREE
-        series = polynomial_series(response, bound, tolerance=tolerance, largest_degree=most)
-        if series.error <= 2.0 * tolerance:
-            return series, None
-        if route == "polynomial":
-            raise FilterInputError(
-                f"a polynomial of degree {LARGEST_DEGREE} still has an error of {series.error:.3g}: the mesh has too "
-                "thin triangles for the wavelength; take the rational route or the robust operator"
-            )
+    series = polynomial_series(response, bound, tolerance=tolerance, largest_degree=MOST_PRODUCTS)
+    if series.error <= 2.0 * tolerance:
+        return series, None
     rational, pole = rational_series(response, tolerance=tolerance)
-    if route == "auto" and rational.error > 2.0 * tolerance:  # one pole does not suit both ends of a very wide band
+    if rational.error > 2.0 * tolerance:  # one pole does not suit both ends of a very wide band
         series = polynomial_series(response, bound, tolerance=tolerance)
         if series.error <= 2.0 * tolerance:
             return series, None

@@ -35,6 +35,11 @@ def hint(name: str, names: Collection[str], otherwise: str = "") -> str:
     return f"did you mean {near!r}?" if near else otherwise or f"there are {', '.join(names)}"
 
 
+def shortened(text: str) -> str:
+    """The text, cut to 80 characters for a message."""
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
 class UnknownNameError(PymeshfairError, LookupError):
     """A filter, parameter, choice or recipe of the given name does not exist."""
 

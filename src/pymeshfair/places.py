@@ -1,4 +1,4 @@
-"""Coordinates of points in messages."""
+"""Places, counts and the unit of distances in messages."""
 
 from collections.abc import Iterable
 
@@ -6,3 +6,13 @@ from collections.abc import Iterable
 def point_text(point: Iterable[float]) -> str:
     """The coordinates of a point, with 6 significant digits; from 1000 on with 9, as nearby points differ in the last digits."""
     return ", ".join(f"{c:.{6 if abs(c) < 1000.0 else 9}g}" for c in point)
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """A count with its noun, such as ``1 step`` or ``1,200 steps``."""
+    return f"{count:,} {one if count == 1 else several or one + 's'}"
+
+
+def distance_unit(area_change: float | None) -> str:
+    """The mean distance that displacements are compared with: edges, or the spacings of a cloud, which has no area to change."""
+    return "spacings" if area_change is None else "edges"

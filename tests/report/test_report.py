@@ -75,23 +75,24 @@ def test_what_is_packed_comes_back() -> None:
     np.testing.assert_allclose(scene.header["markers"][0]["place"], (np.array([1000.0, -2000.0, 50.0]) - centre) / half)
 
 
-def test_large_meshes_are_decimated_and_say_so() -> None:
+def test_large_meshes_are_decimated_and_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sphere of 20,480 faces keeps its place within a tenth of the coarse edges, and the numbers of the nearest vertices."""
     vertices, faces = icosphere(5)
+    whole = shown_mesh("before", MeshData(vertices=vertices, faces=faces))
+    assert not whole.decimated
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_FACES", 2000)
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_POINTS", 1000)
     far = vertices + np.array([5e5, 5e6, 0.0])
-    shown = shown_mesh(
-        "after", MeshData(vertices=far, faces=faces), scalars={"displacement": vertices[:, 2].copy()}, most_faces=2000
-    )
+    shown = shown_mesh("after", MeshData(vertices=far, faces=faces), scalars={"displacement": vertices[:, 2].copy()})
     assert shown.decimated
     assert (shown.of_vertices, shown.of_faces) == (len(vertices), len(faces))
     assert 1900 <= len(shown.elements) <= 2000
     local = shown.vertices - [5e5, 5e6, 0.0]
     assert np.abs(np.linalg.norm(local, axis=1) - 1.0).max() < 0.01
     assert np.abs(shown.scalars["displacement"] - local[:, 2]).max() < 0.05
-    cloud = shown_mesh("scan", MeshData(vertices=vertices), most_points=1000)
+    cloud = shown_mesh("scan", MeshData(vertices=vertices))
     assert len(cloud.vertices) == 1000
     assert cloud.decimated
-    assert not shown_mesh("before", MeshData(vertices=vertices, faces=faces)).decimated
 
 
 def test_histograms_count_everything() -> None:
@@ -107,11 +108,12 @@ def test_histograms_count_everything() -> None:
     assert histogram("x", "mm", {"before": np.array([np.nan])}, 0.0, 1.0) is None
 
 
-def test_very_large_meshes_are_thinned_before_they_are_decimated() -> None:
+def test_very_large_meshes_are_thinned_before_they_are_decimated(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sphere of 81,920 faces becomes one of 2,000: all its faces look outwards, its vertices stay within 1 % of the radius."""
     vertices, faces = icosphere(6)
     numbers = {"distance": vertices[:, 2].copy()}
-    shown = shown_mesh("after", MeshData(vertices=7.0 * vertices + 100.0, faces=faces), scalars=numbers, most_faces=2000)
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_FACES", 2000)
+    shown = shown_mesh("after", MeshData(vertices=7.0 * vertices + 100.0, faces=faces), scalars=numbers)
     assert 1500 < len(shown.elements) <= 2000
     local = (shown.vertices - 100.0) / 7.0
     np.testing.assert_allclose(np.linalg.norm(local, axis=1), 1.0, atol=0.01)

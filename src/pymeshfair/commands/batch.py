@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from ..looking.words import counted
+from ..places import counted
 from . import options
 from .options import Json
 from .streams import Verbosity, complain, print_document, printable, say, verbosity, warn

@@ -59,7 +59,7 @@ def compare(
     options.check_report(report, overwrite=overwrite, section=section, limits=limits, up=up)
     planes = []
     if section:
-        from ..report.page import Plane, outline  # imported here, as it loads Pillow
+        from ..report.page import Plane, section_chart  # imported here, as it loads Pillow
 
         planes = [Plane.parse(text) for text in section]
     if deviations is not None:
@@ -78,8 +78,8 @@ def compare(
         if len(read.mesh.edges) and not len(read.mesh.faces):
             what = "it has edges and no faces: its vertices are compared, not its edges, so equal curves may have a distance"
             warnings.append(f"{read.path.name}: {what}")
-    for plane in [p for p in planes if not any(len(outline(read.mesh, p)) for read in meshes)]:
-        planes.remove(plane)
+    charts = {plane: section_chart([read.mesh for read in meshes], plane, unit) for plane in planes}
+    for plane in [plane for plane in planes if charts[plane] is None]:
         along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]
         reach = f"{point_text([min(along)])} to {point_text([max(along)])} along {'xyz'[plane.axis]}"
         warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach}")
@@ -107,7 +107,7 @@ def compare(
             up=up or "y",
             warnings=warnings,
             limits=ends,
-            planes=planes,
+            sections=[chart for plane in planes if (chart := charts[plane]) is not None],
             unit=unit,
         )
         write_file(report, page, overwrite=overwrite)

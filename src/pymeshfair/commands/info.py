@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument
 
-from ..looking.words import counted
-from ..places import point_text
+from ..places import counted, point_text
 from .group import Command
 from .options import AllowOutside, Json, Unchecked
 from .streams import print_document, print_lines, say, show, warn

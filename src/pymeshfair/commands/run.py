@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from ..looking.words import change_lines, counted
+from ..looking.words import change_lines
+from ..places import counted
 from . import options
 from .streams import Verbosity, complain, print_document, print_lines, printable, say, show, verbosity, warn
 

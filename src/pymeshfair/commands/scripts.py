@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from ..looking.words import counted
+from ..places import counted
 from .group import Failure
 from .options import Json, Overwrite, Recipe
 from .streams import STANDARD, Verbosity, check_text, open_recipe, print_document, read_script_bytes, save_text, say, verbosity

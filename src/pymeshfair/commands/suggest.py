@@ -172,17 +172,13 @@ def _summary(scan: Path, values: dict[str, Any], noise: float, ranked: float) ->
     if values["shape"] == "clean":
         surface = f"; what looks like noise of {noise:.2g} mean edges is the surface itself" if noise > 0.0 else ""
         return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
+    sure = "sure: the noise of neighbours is independent, and hardly any other setting is as good"
+    unsure = "not sure: several settings are equally good, or details may look like noise; compare pictures"
     uneven = "" if ranked == noise else ", which counts as the noise in the ranking, since most noise is at few vertices"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
-        f"vertices by {values['drift']:.2g} mean edges on average{uneven}; the choice is {_sureness(values)}"
+        f"vertices by {values['drift']:.2g} mean edges on average{uneven}; the choice is {sure if values['sure'] else unsure}"
     )
-
-
-def _sureness(values: dict[str, Any]) -> str:
-    if values["sure"]:
-        return "sure: the noise of neighbours is independent, and hardly any other setting is as good"
-    return "not sure: several settings are equally good, or details may look like noise; compare pictures"
 
 
 def _kind(values: dict[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 
-from ..errors import ParameterError, nearest
+from ..errors import ParameterError, nearest, shortened
 
 AUTO = "auto"  # the word for a value that the filter chooses for the mesh
 LengthUnit: TypeAlias = Literal["absolute", "percent", "edge", "mm", "cm", "m", "in", "ft", "um"]
@@ -31,12 +31,6 @@ def as_float(value: Any) -> float | None:
         return math.inf
 
 
-def shown(value: Any) -> str:
-    """The `repr` of a value, cut to 80 characters."""
-    text = repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
-
-
 @dataclass(frozen=True)
 class Length:
     """A length in mesh units, in percent of the bounding box diagonal, in mean edges, or in a unit of `METRES`.
@@ -51,9 +45,11 @@ class Length:
     def __post_init__(self) -> None:
         amount = as_float(self.amount)
         if amount is None or not math.isfinite(amount):
-            raise ParameterError(f"the amount of a length must be a finite number, got {shown(self.amount)}")
+            raise ParameterError(f"the amount of a length must be a finite number, got {shortened(repr(self.amount))}")
         if self.unit not in _LENGTH_SUFFIX:
-            raise ParameterError(f"the unit of a length is one of {', '.join(map(repr, _LENGTH_SUFFIX))}, got {shown(self.unit)}")
+            raise ParameterError(
+                f"the unit of a length is one of {', '.join(map(repr, _LENGTH_SUFFIX))}, got {shortened(repr(self.unit))}"
+            )
         object.__setattr__(self, "amount", amount)  # a float: numpy numbers have another repr
 
     @classmethod
@@ -62,7 +58,7 @@ class Length:
         match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
         if match is None:
             raise ParameterError(
-                f"{shown(text)} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
+                f"{shortened(repr(text))} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
             )
         suffix = match[2] or "absolute"
         return cls(float(match[1]), cast("LengthUnit", {"%": "percent", "edges": "edge"}.get(suffix, suffix)))
@@ -147,7 +143,7 @@ class Parameter:
 
     def refusal(self, value: Any) -> ParameterError:
         """The error for a refused value."""
-        got = value if isinstance(value, Length) else shown(value)
+        got = value if isinstance(value, Length) else shortened(repr(value))
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 
 

@@ -9,6 +9,11 @@ class ContentsError(PymeshfairError, ValueError):
     """A file breaks the rules of its format or cannot be read here, or a format cannot hold a mesh; the message says why."""
 
 
+def reason_of(error: OSError) -> str:
+    """The reason of an error of the system, as a part of a sentence."""
+    return (error.strerror or str(error)).lower()
+
+
 class FileError(RunError):
     """A file, or one of its side files, cannot be used; `reason` is one sentence."""
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from ..filters.mesh import bounding_box
 from ..mesh_data import MeshData
-from .errors import ContentsError, InputError
+from ..places import counted
+from .errors import ContentsError, InputError, reason_of
 from .formats import READABLE, UNCHECKED, extension, listed, load_function
 
 #: the kinds of image that MeshLab reads, in Pillow's names
@@ -68,7 +69,7 @@ def check_regular(path: Path, mesh: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        reason = "there is no such file" if isinstance(error, FileNotFoundError) else (error.strerror or str(error)).lower()
+        reason = "there is no such file" if isinstance(error, FileNotFoundError) else reason_of(error)
         raise InputError(mesh, f"it names {quoted(str(path))}: {reason}" if named else reason) from error
     if not stat.S_ISREG(mode):
         kind = "a folder" if stat.S_ISDIR(mode) else "a pipe" if stat.S_ISFIFO(mode) else "a device or a socket"
@@ -166,7 +167,7 @@ def read_file(path: Path, *, allow_outside: bool = False, unchecked: Callable[[P
     except ContentsError as error:
         raise InputError(path, str(error)) from error
     except OSError as error:
-        raise InputError(path, (error.strerror or str(error)).lower()) from error
+        raise InputError(path, reason_of(error)) from error
 
 
 def check_magic(path: Path) -> None:
@@ -201,8 +202,8 @@ def completed(path: Path, reading: Reading) -> Reading:
     doubts = list(reading.doubts)
     if not np.isfinite(mesh.vertices).all():
         mesh = mesh.part(np.asarray(np.isfinite(mesh.vertices).all(axis=1)))
-        vertices = _counted(n - len(mesh.vertices), "vertex", "vertices")
-        faces = _counted(m - len(mesh.faces), "face", "faces")
+        vertices = counted(n - len(mesh.vertices), "vertex", "vertices")
+        faces = counted(m - len(mesh.faces), "face")
         doubts.append(f"left out: {vertices} with a coordinate that is not finite, and {faces} with such a vertex")
     if not len(mesh.vertices):
         raise InputError(path, "no vertex could be read from it")
@@ -210,7 +211,3 @@ def completed(path: Path, reading: Reading) -> Reading:
     if len(mesh.vertices) > 1 and (low == high).all():
         doubts.append(f"all its {len(mesh.vertices):,} vertices are at one place")
     return replace(reading, mesh=mesh, doubts=tuple(doubts))
-
-
-def _counted(number: int, one: str, many: str) -> str:
-    return f"{number:,} {one if number == 1 else many}"

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ..operating_system import this_system
-from .errors import OutputBusyError, OutputError
+from .errors import OutputBusyError, OutputError, reason_of
 from .formats import extension, listed
 
 _LONGEST_NAME = 255  # bytes
@@ -55,7 +55,7 @@ def check_place(path: Path, *, makes_folder: bool = False) -> bool:
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise OutputError(path, _words(error)) from error
+        raise OutputError(path, reason_of(error)) from error
     if not stat.S_ISREG(mode):
         what = next((words for is_it, words in _KINDS if is_it(mode)), "a device or a socket: name a file")
         raise OutputError(path, f"there is {what}")
@@ -201,7 +201,7 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise OutputError(path, _words(error)) from error
+            raise OutputError(path, reason_of(error)) from error
         raise
 
 
@@ -230,7 +230,7 @@ def stage_file(staged: Path, target: Path, data: bytes) -> StagedFile:
     try:
         _write_whole(staged, data)
     except OSError as error:
-        raise OutputError(target, _words(error)) from error
+        raise OutputError(target, reason_of(error)) from error
     return StagedFile(staged, target)
 
 
@@ -270,7 +270,7 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
                     else:
                         former.replace(path)
             if isinstance(error, OSError):
-                raise OutputError(target, f"cannot put it in place: {_words(error)}") from error
+                raise OutputError(target, f"cannot put it in place: {reason_of(error)}") from error
             raise
 
 
@@ -282,7 +282,3 @@ def _kept(target: Path, backup: Path) -> Path | None:
     except (OSError, NotImplementedError):  # a file system without hard links
         shutil.copy2(target, backup, follow_symlinks=False)
     return backup
-
-
-def _words(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..places import point_text
+from ..places import counted, distance_unit, point_text
 
 if TYPE_CHECKING:
     from .comparison import Comparison, Deviation, LengthIn
@@ -74,8 +74,7 @@ def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
     elif moved:
         length = f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)}"
         if moved["edges"] is not None:
-            of = "spacings" if change["area"] is None else "edges"  # clouds have no area
-            length = f"{moved['mean_edges']:.2g} mean {of} on average, {moved['edges']:.2g}"
+            length = f"{moved['mean_edges']:.2g} mean {distance_unit(change['area'])} on average, {moved['edges']:.2g}"
         parts.append(f"{'moved' if moved['same'] else 'lies away from the input by'} {length} at most")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}"
@@ -96,8 +95,7 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     if without_noise := change.get("sides_without_noise"):
         lines.append(f"sides, measured without noise at their ends: {_shares(dict(zip('xyz', without_noise, strict=True)))}")
     if moved and moved["largest"]:
-        of = "spacings" if change["area"] is None else "edges"
-        edges = f" ({moved['edges']:.2g} mean {of})" if moved["edges"] is not None else ""
+        edges = f" ({moved['edges']:.2g} mean {distance_unit(change['area'])})" if moved["edges"] is not None else ""
         lines.append(
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {point_text(moved['place'])}"
@@ -152,11 +150,6 @@ def _part_text(part: Mapping[str, Any]) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
-
-
-def counted(count: int, one: str, several: str = "") -> str:
-    """Returns a count with its noun, such as ``1 step`` or ``1,200 steps``."""
-    return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
 def verdict_text(result: Comparison, unit: str | None = None) -> str:

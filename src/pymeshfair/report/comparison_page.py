@@ -22,14 +22,14 @@ from ..looking.words import (
     became_text,
     change_lines,
     comparison_lines,
-    counted,
     distance_table,
     measure_rows,
     verdict_text,
 )
+from ..places import counted
 from ..running.job import plain, steps_of
 from ..running.read import ReadMesh
-from .page import Chart, Figure, Plane, figure_of, histogram, render, section_chart
+from .page import Chart, Figure, SectionChart, figure_of, histogram, render
 from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: the side in pixels of a picture of a mesh, and of a view of the distances
@@ -60,12 +60,12 @@ def comparison_page(
     provenance: str = "",
     up: str = "y",
     limits: Limits | None = None,
-    planes: Sequence[Plane] = (),
+    sections: Sequence[SectionChart] = (),
     unit: str | None = None,
 ) -> bytes:
     """Returns the report as the bytes of an HTML file.
 
-    The page shows `numbers` as JSON, and sections of both meshes by `planes`. After a run, `run` is its record and `provenance`
+    The page shows `numbers` as JSON, and the `sections` of both meshes. After a run, `run` is its record and `provenance`
     the record's text. By default the comparison gives the verdict, the markers show the areas out of tolerance or the largest
     distance, and the colours end at the `symmetric_limits` of the distances, but at 1.5 times the tolerance at least.
     """
@@ -88,7 +88,7 @@ def comparison_page(
         areas=area_table(comparison, unit),
         lines=comparison_lines(comparison, unit),
         measure_rows=measure_rows({"before": comparison.before, "after": comparison.after}, unit),
-        sections=[section_chart(compared.meshes.values(), plane, unit) for plane in planes],
+        sections=sections,
         charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         unsought=not any(measures["self_intersecting_faces"] is not None for measures in (comparison.before, comparison.after)),
         warnings=warnings,

@@ -213,10 +213,12 @@ class SectionChart:
     width, height = _WIDTH, _SECTION_HEIGHT
 
 
-def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None = None) -> SectionChart:
-    """The section of two meshes, at least one of which the plane cuts."""
+def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None) -> SectionChart | None:
+    """The section of two meshes; None if the plane cuts neither."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
+    if not len(points):
+        return None
     low, high = points.min(axis=0), points.max(axis=0)
     room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
     scale = float((room / np.maximum(high - low, 1e-300)).min())

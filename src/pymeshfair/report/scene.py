@@ -56,10 +56,8 @@ def shown_mesh(
     *,
     scalars: Mapping[str, Floats] | None = None,
     like: Shown | None = None,
-    most_faces: int = MOST_FACES,
-    most_points: int = MOST_POINTS,
 ) -> Shown:
-    """A mesh for the viewer: its faces, at most `most_faces`; or else its edges; or else its points, at most `most_points`.
+    """A mesh for the viewer: its faces, at most `MOST_FACES`; or else its edges; or else its points, at most `MOST_POINTS`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
     at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
@@ -70,24 +68,24 @@ def shown_mesh(
     points, kept = None, np.arange(len(vertices), dtype=np.int32)
     if like is not None:
         kept, elements = like.kept, like.elements
-    elif len(faces) > most_faces:
-        points, elements, kept = _simplified(vertices, faces, most_faces)
-    elif not len(elements) and len(vertices) > most_points:
-        kept = np.linspace(0, len(vertices) - 1, most_points).astype(np.int32)
+    elif len(faces) > MOST_FACES:
+        points, elements, kept = _simplified(vertices, faces)
+    elif not len(elements) and len(vertices) > MOST_POINTS:
+        kept = np.linspace(0, len(vertices) - 1, MOST_POINTS).astype(np.int32)
     numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
     file_normals = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
     normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
     return Shown(name, vertices[kept] if points is None else points, elements, normals, numbers, len(vertices), len(faces), kept)
 
 
-def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints, Ints]:
+def _simplified(vertices: Floats, faces: Ints) -> tuple[Floats, Ints, Ints]:
     """The vertices and faces of a coarser mesh, and for each of its vertices the nearest vertex of the whole mesh."""
     from fast_simplification import simplify
 
     middle = vertices.mean(axis=0)
     local = vertices - middle  # near 0, because `simplify` computes in single precision
-    thinned = _thinned(local, faces, _THINNED * most) if len(faces) > 2 * _THINNED * most else (local, faces)
-    coarse, triangles = simplify(thinned[0].astype(np.float32), thinned[1].astype(np.int64), target_count=most)
+    thinned = _thinned(local, faces, _THINNED * MOST_FACES) if len(faces) > 2 * _THINNED * MOST_FACES else (local, faces)
+    coarse, triangles = simplify(thinned[0].astype(np.float32), thinned[1].astype(np.int64), target_count=MOST_FACES)
     _, nearest = spatial.cKDTree(local).query(coarse)
     return coarse + middle, triangles.astype(np.int32), nearest.astype(np.int32)
 

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
-from ..files.errors import InputError, OutputError
+from ..files.errors import InputError, OutputError, reason_of
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, read_file
 from ..files.outputs import save_mesh
@@ -197,7 +197,7 @@ class Session:
             if is_lack_of_memory(error):
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
-                raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
+                raise OutputError(self._job.output, reason_of(error)) from error
             text, name = " ".join(reason(error).split()), step.filter.python_name  # `_failed` names the filter already
             raise self._failed(
                 text.removeprefix(f"Failed to apply filter: {name} Details: ").removeprefix(f"{name}: ")
@@ -260,7 +260,7 @@ class Session:
                     notes = self._print_notes(before.mesh, after.mesh, wrapped=wrapped)
                     steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *notes)))
         except OSError as error:
-            raise OutputError(job.output, (error.strerror or str(error)).lower()) from error
+            raise OutputError(job.output, reason_of(error)) from error
         return Report(
             input=source,
             output=output,

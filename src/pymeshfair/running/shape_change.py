@@ -20,7 +20,7 @@ from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..mesh_data import MeshData
-from ..places import point_text
+from ..places import distance_unit, point_text
 from ..scripts.script import Step
 from .suitability import ERASED
 
@@ -246,10 +246,10 @@ def warnings_of(
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield f"the shape's dimensions changed, even without noise at their ends: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
-        unit = "spacings" if change.area is None else "edges"
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {moved.vertex} at {point_text(moved.place)} moved by {moved.largest:.6g}, {moved.edges:.1f} mean {unit}: "
+            f"vertex {moved.vertex} at {point_text(moved.place)} moved by {moved.largest:.6g}, {moved.edges:.1f} mean "
+            f"{distance_unit(change.area)}: "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes such a move an error"
         )

@@ -17,12 +17,12 @@ from xml.parsers import expat
 
 from ..declaration import Filter
 from ..declaration.parameters import check_unit
-from ..errors import ParameterError, UnknownNameError, nearest, plain_name
+from ..errors import ParameterError, UnknownNameError, nearest, plain_name, shortened
 from ..meshlab.facts import Former, former_filter, former_parameters
 from ..registry import all_filters, find_filter
 from .guards import ATTRIBUTES as GUARDS
 from .guards import NO_GUARDS, Guards
-from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment, shortened
+from .script import SETTING_ATTRIBUTES, Problem, Script, ScriptError, Setting, Step, checked_name, clean_comment
 from .values import Complaint, parse_value, read_value
 
 MOST_PROBLEMS = 100

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..declaration import Filter, Length
-from ..errors import ParameterError, PymeshfairError
+from ..errors import ParameterError, PymeshfairError, shortened
 from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
 
@@ -74,11 +74,6 @@ class Change:
 
 def _of_parameter(name: str | None) -> str:
     return "" if name is None else f": parameter {shortened(name)!r}"
-
-
-def shortened(text: str) -> str:
-    """The text, cut to 80 characters for a message."""
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def checked_name(name: str, of_what: str) -> str:

@@ -12,8 +12,7 @@ from typing import Any
 
 from ..declaration import Bool, Color, Enum, FileOpen, Filter, Float, Int, Length, Matrix
 from ..declaration.parameters import Mesh, Parameter, Percentage, Point, Shot, String
-from ..errors import ParameterError
-from .script import shortened
+from ..errors import ParameterError, shortened
 
 Attributes = Mapping[str, str]
 Complaint = tuple[str, "str | None"]  # the mistake, and the text that was probably meant, or None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
-from ..files.errors import ContentsError, InputError, OutputError
+from ..files.errors import ContentsError, InputError, OutputError, reason_of
 from ..files.formats import extension, listed
 from ..files.inputs import check_input, check_magic, unchanged
 from ..files.outputs import check_output
@@ -265,5 +265,4 @@ def _as_failures_of_run(job: Job) -> Iterator[None]:
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     except OSError as error:
-        words = (error.strerror or str(error)).lower()
-        raise OutputError(job.output, f"the temporary files cannot be written: {words}") from error
+        raise OutputError(job.output, f"the temporary files cannot be written: {reason_of(error)}") from error
