@@ -16,7 +16,7 @@ from .distances import (
     surface_distance,
     wall_thickness,
 )
-from .face_changes import SHARP, SharpEdges, folded_faces, share_kept, sharp_edges, side_changes, triangle_shapes
+from .face_changes import SHARP, SharpEdges, carried, folded_faces, share_kept, sharp_edges, side_changes, triangle_shapes
 from .surface import NearestPlaces, Surface
 from .surface_measures import SurfaceMeasures, surface_measures
 
@@ -37,6 +37,7 @@ __all__ = [
     "SurfaceMeasures",
     "Thickness",
     "align",
+    "carried",
     "displacement",
     "diverging_colors",
     "folded_faces",

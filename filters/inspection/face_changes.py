@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import cross_products, looking_away
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh, scaled_to_unit
 from ..operators import uniform_laplacian
 from ..topology import face_adjacency
 from .surface_measures import dihedral_angles, face_measures
@@ -60,6 +60,16 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
     origin = before.middles[0]
     distances, _ = spatial.cKDTree(after.middles - origin).query(before.middles - origin)
     return math.fsum(before.lengths[distances <= within]) / total
+
+
+def carried(points: Floats, source: Floats, target: Floats) -> Floats:
+    """(n, 3) points under the similarity, a reflection included, that takes (k, 3) `source` nearest to `target`; k at least 1."""
+    (p, scale_p), (q, scale_q) = scaled_to_unit(source), scaled_to_unit(target)
+    p, q = p - p[0], q - q[0]
+    a, b = p.mean(axis=0), q.mean(axis=0)
+    u, stretch, v = np.linalg.svd(np.einsum("ki,kj->ij", q - b, p - a))
+    growth = float(stretch.sum()) / (float(((p - a) ** 2).sum()) or 1.0)
+    return np.asarray(((((points - source[0]) * scale_p - a) @ (u @ v).T) * growth + b) / scale_q + target[0])
 
 
 def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Floats:

@@ -174,6 +174,16 @@ def test_layers_of_different_units_are_told_apart(sphere: Callable[[str], Path],
     assert "coordinates are taken" not in same.stderr
 
 
+@pytest.mark.parametrize("command", ["compare", "picture"])
+def test_a_typed_unit_is_that_of_the_first_file(command: str, sphere: Callable[[str], Path], tmp_path: Path) -> None:
+    """A first file without a unit is in the typed one, so that a second file in another unit gets a warning."""
+    out = ("--no-self-intersections",) if command == "compare" else ("-o", tmp_path / "both.png", "--overwrite")
+    other, same = (invoke(command, sphere(""), second, "--unit", "mm", *out) for second in (sphere("m"), sphere("mm")))
+    assert (other.exit_code, same.exit_code) == (0, 0)
+    words = {"compare": "BEFORE is in mm and AFTER in m: ", "picture": "the meshes are in mm and m: "}[command]
+    assert (words in other.stderr, same.stderr) == (True, "")
+
+
 @pytest.mark.slow
 def test_tables_and_the_page_say_the_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
     """Measures, distances, lines below them, charts and the scale bar are in the unit of the file, none in mesh units."""

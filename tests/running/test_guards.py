@@ -23,7 +23,7 @@ from pymeshfair.scripts.guards import NO_GUARDS, Guards
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.script import ScriptError
 from pymeshfair.scripts.write import format_script
-from tests.meshes import icosphere, noisy
+from tests.meshes import cube, icosphere, noisy
 from tests.running.runs import BONE, SMOOTH, names_in, ply_bytes, recipe_of, xyz
 
 TAUBIN = recipe_of(SMOOTH)
@@ -64,6 +64,13 @@ def test_broken_displacement_names_vertex_place_and_amount(tmp_path: Path) -> No
     np.testing.assert_allclose(breach["place"], after[moved.argmax()], rtol=1e-6)
     assert breach["allowed"] < breach["amount"]
     assert f"vertex {moved.argmax()} at (" in str(caught.value)
+
+
+def test_a_mesh_that_is_shifted_keeps_its_sharp_edges(tmp_path: Path) -> None:
+    """A cube that a recipe shifts by twenty edges has all of its sharp edges."""
+    (tmp_path / "cube.ply").write_bytes(ply_bytes(xyz(cube()[0]), cube()[1].tolist()))
+    shift = recipe_of(("compute_matrix_from_translation", {"axisx": 40.0}))
+    assert not run_job(job(tmp_path, shift, tmp_path / "cube.ply", guards={"keep_sharp": "100%"})).breaches
 
 
 def test_run_within_its_limits_is_the_same_bytes(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from pymeshfair.running.job import plain
 from pymeshfair.running.shape_change import Origins, ShapeChange, milder, shape_change, warnings_of
 from pymeshfair.scripts.changing import override
 from tests.commands.command_line import document, run_process
-from tests.meshes import Mesh, cube, grid, icosphere
+from tests.meshes import Mesh, cube, grid, icosphere, rotation
 
 
 def change_of(before: Mesh, after: Mesh) -> ShapeChange:
@@ -45,6 +45,18 @@ def test_a_stretched_sphere() -> None:
     (dimensions, moved) = warnings_of(found, steps, lambda: "another")
     assert dimensions.endswith("To keep them: a smaller value of detail_size than 'auto' takes, or take another")
     assert f"vertex {found.moved.vertex} at " in moved
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 1000.0, 1e-3])
+def test_a_mesh_that_moves_as_a_whole_keeps_its_details(factor: float) -> None:
+    """Turned, mirrored, scaled and shifted by many edges a pleated sheet keeps relief and sharp edges, and its sides are true."""
+    vertices, faces = grid(40, 40)
+    vertices = vertices + np.array([0.0, 0.0, 2.5]) * np.abs(vertices[:, :1] % 10.0 / 5.0 - 1.0)
+    found = change_of((vertices, faces), (factor * vertices @ rotation().T + [50.0, -30.0, 20.0], faces))
+    assert found.sharp_kept == pytest.approx(1.0)
+    assert found.relief_lost == pytest.approx(0.0, abs=1e-6)
+    assert found.turned == 0
+    assert found.sides_without_noise == pytest.approx(found.sides, rel=1e-9)
 
 
 def test_moves_of_a_cloud_are_in_mean_spacings() -> None:

@@ -72,8 +72,9 @@ def compare(
     units = [mesh.mesh.unit for mesh in meshes]
     warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
     unit = unit_of_scan(unit, units[0])
-    if all(units) and units[0] != units[1]:
-        warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")
+    of_before = units[0] or unit
+    if of_before and units[1] not in (None, of_before):
+        warnings.append(f"BEFORE is in {of_before} and AFTER in {units[1]}: coordinates are compared as the files have them")
     for read in meshes:
         if len(read.mesh.edges) and not len(read.mesh.faces):
             what = "it has edges and no faces: its vertices are compared, not its edges, so equal curves may have a distance"

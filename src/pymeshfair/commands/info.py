@@ -149,9 +149,7 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
         "type": type(parameter).__name__.lower(),
         "allowed": parameter.describe_allowed(),
         "default": as_written(parameter.default),
-        **{name: getattr(parameter, name, None) for name in ("minimum", "maximum", "choices")},
-        "advanced": parameter.advanced,
-        "help": parameter.help,
+        **{name: getattr(parameter, name, None) for name in ("minimum", "maximum", "choices", "advanced", "help")},
     }
 
 

@@ -42,9 +42,7 @@ def breaches(
     if before.measures is None or after.measures is None or change is None:
         return []
     broken: list[Breach] = []
-    if guards.max_displacement is not None:
-        allowed = guards.in_mesh_units(unit).max_displacement
-        assert allowed is not None
+    if (allowed := guards.in_mesh_units(unit).max_displacement) is not None:
         limit = allowed.resolve(diagonal=before.diagonal, mean_edge=before.resolution)
         broken += _displacement(origins, change.moved, limit, str(guards.max_displacement), f" {unit}" if unit else "")
     if guards.max_volume_change is not None:
@@ -54,7 +52,7 @@ def breaches(
         if word == "outward" and after.measures.volume is not None:
             broken += _inward(after.mesh.vertices, after.mesh.faces, "the result")
     if guards.keep_sharp is not None:
-        old, new = (sharp_edges(mesh.vertices, mesh.faces) for mesh in (before.mesh, after.mesh))
+        old, new = sharp_edges(before.mesh.vertices, before.mesh.faces), sharp_edges(origins.in_place, after.mesh.faces)
         kept, least = share_kept(old, new, within=before.resolution()), guards.keep_sharp
         if kept is not None and 100.0 * kept < least:
             text = f"of the length of the edges sharper than {SHARP:g} degrees are kept, not {least:g} %"

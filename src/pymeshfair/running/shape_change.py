@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from ..declaration import Bools, FilterClass, Floats, Ints
 from ..files.ply_write import write_ply
 from ..files.writing import StagedFile
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
-from ..filters.inspection import Surface, folded_faces, share_kept, sharp_edges, side_changes
+from ..filters.inspection import Surface, carried, folded_faces, share_kept, sharp_edges, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
@@ -24,13 +24,11 @@ from ..places import distance_unit, point_text
 from ..scripts.script import Step
 from .suitability import ERASED
 
-if TYPE_CHECKING:
-    from ..filters.diffusion import ReliefLoss
-
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller; a gain, if above 1
+_WHOLE = 0.25  # a mesh was moved as a whole if that leaves this share of the median displacement
 _LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
@@ -68,6 +66,16 @@ class Origins:
     def _moves(self) -> Floats:
         old = np.flatnonzero(self.vertices >= 0)
         return vector_lengths(self.result.vertices[old] - self.before.vertices[self.vertices[old]])
+
+    @cached_property
+    def in_place(self) -> Floats:
+        """(n, 3) the result's vertices; carried back onto the input if the whole mesh was moved, turned, mirrored or scaled."""
+        result, old = self.result.vertices, self.vertices >= 0
+        if not (self.followed and old.sum() > 3 and self._moves.any()):
+            return result
+        target = self.before.vertices[self.vertices[old]]
+        back = carried(result, result[old], target)
+        return back if np.median(vector_lengths(back[old] - target)) < _WHOLE * np.median(self._moves) else result
 
     @cached_property
     def removed(self) -> tuple[Bools, Bools]:
@@ -180,15 +188,15 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
     sides: Sides = tuple(_share(a, b) for a, b in zip(old.tolist(), new.tolist(), strict=True))
     turned, without_noise, folded = None, None, None
     if len(before[0]) == len(result[0]) and len(before[0]) and np.array_equal(before[1], result[1]):
-        turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(result[0])[0], before[1])
+        turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(origins.in_place)[0], before[1])
         if second.folded_faces > first.folded_faces:
             folded = _folded(before[0], result[0], before[1])
         if _is_large(sides) and len(before[1]):
-            without_noise = tuple(None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
+            in_place = _box(origins.in_place, result[1], second)
+            growth = np.divide(new, in_place, out=np.ones(3), where=in_place > 0.0)
+            shares = side_changes(before[0], origins.in_place, before[1]) * growth + (growth - 1.0)
+            without_noise = tuple(None if np.isnan(s) else float(s) for s in shares)
     moved = _moved(origins, first.mean_edge or first.mean_spacing)
-    relief, sharp = None, None
-    if moved and moved.same and moved.moved and first.mean_edge:
-        relief, sharp = _details(origins, first.mean_edge)
     return ShapeChange(
         sides=sides,
         sides_without_noise=without_noise,
@@ -199,29 +207,28 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
         removed=_part(*before, *origins.removed, first.area),
         turned=turned,
         folded=folded,
-        relief_lost=None if relief is None else relief.share,
-        relief_from=0.0 if relief is None else relief.shortest,
-        sharp_kept=sharp,
+        **(_details(origins, first.mean_edge) if moved and moved.same and moved.moved and first.mean_edge else {}),
     )
 
 
-def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
-    """Returns the relief that is lost, and the share of sharp edges that is kept, on the faces whose vertices were followed."""
+def _details(origins: Origins, edge: float) -> dict[str, Any]:
+    """Returns the last three fields of `ShapeChange`, measured on the faces whose vertices were followed."""
     # Imported here, as they load half of all filters, and a batch without measures does not need them.
     from ..filters.denoising import Scan
     from ..filters.diffusion import relief_lost
 
     faces = origins.result.faces[(origins.vertices[origins.result.faces] >= 0).all(axis=1)]
     if not len(faces):
-        return None, None
-    old, new = origins.before.vertices[np.maximum(origins.vertices, 0)], origins.result.vertices
+        return {}
+    old, new = origins.before.vertices[np.maximum(origins.vertices, 0)], origins.in_place
     sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
     points, scale = scaled_to_unit(old)
     scan, origin = Scan.sampled(points, faces)
     if scan.has_impulses:
-        return None, sharp
+        return {"sharp_kept": sharp}
     noise = scan.noise.deviation  # not `level`: outliers must count in full, as they do in the energies of `relief_lost`
-    return relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise), sharp
+    relief = relief_lost(points[origin], (scale * new)[origin], scan.faces, noise=noise)
+    return {"sharp_kept": sharp, **({"relief_lost": relief.share, "relief_from": relief.shortest} if relief else {})}
 
 
 def warnings_of(
@@ -315,19 +322,10 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
     largest = float(distances[furthest])
     shares = distances / (largest or 1.0)  # scaled, so that no sum overflows
     mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
-    return Moved(
-        same=origins.followed,
-        count=len(distances),
-        moved=int(np.count_nonzero(distances)),
-        mean=mean,
-        rms=rms,
-        most=float(np.quantile(distances, 0.99)),
-        largest=largest,
-        vertex=int(vertices[furthest]),
-        place=tuple(origins.result.vertices[vertices[furthest]].tolist()),
-        edges=largest / edge if edge else None,
-        mean_edges=mean / edge if edge else None,
-    )
+    moved, most, vertex = int(np.count_nonzero(distances)), float(np.quantile(distances, 0.99)), int(vertices[furthest])
+    place = tuple(origins.result.vertices[vertex].tolist())
+    edges, mean_edges = (length / edge if edge else None for length in (largest, mean))
+    return Moved(origins.followed, len(distances), moved, mean, rms, most, largest, vertex, place, edges, mean_edges)
 
 
 def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, input_area: float | None) -> Part:
@@ -354,16 +352,9 @@ def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, i
     touches = np.zeros((2, count), dtype=np.bool_)  # whether each piece touches the remaining faces, and the border
     for row, marked in enumerate((remaining, border_vertices(faces, len(vertices)) if remaining.any() else remaining)):
         touches[row, pieces[marked & (pieces >= 0)]] = True
-    return Part(
-        int(vertex_mask.sum()),
-        len(inside),
-        area,
-        share,
-        count,
-        int((~touches[0]).sum()),
-        int((touches[0] & touches[1]).sum()),
-        tuple(piece(number) for number in np.argsort(-sums, kind="stable")[:_LISTED].tolist()),
-    )
+    loose, rims = int((~touches[0]).sum()), int((touches[0] & touches[1]).sum())
+    largest = tuple(piece(number) for number in np.argsort(-sums, kind="stable")[:_LISTED].tolist())
+    return Part(int(vertex_mask.sum()), len(inside), area, share, count, loose, rims, largest)
 
 
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3  # the state of an element; the face scalar of the map
