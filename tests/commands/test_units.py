@@ -116,6 +116,17 @@ def test_a_limit_with_a_unit_is_refused_where_nothing_says_that_of_the_scan(
     assert not list((tmp_path / "many").glob("*.3mf"))
 
 
+@pytest.mark.parametrize("command", ["compare", "picture"])
+def test_a_typed_unit_that_the_second_file_contradicts_is_warned_of(
+    sphere: Callable[[str], Path], tmp_path: Path, command: str
+) -> None:
+    """The first file says no unit, the second one metres: with --unit mm its numbers count as millimetres."""
+    options = ("-o", tmp_path / "both.png") if command == "picture" else ("--no-self-intersections",)
+    done = invoke(command, sphere(""), sphere("m"), "--unit", "mm", *options)
+    assert done.exit_code == 0, done.stderr
+    assert "the file of the scan says m, and --unit (unit= in Python) says mm: the scan's numbers mean mm" in done.stderr
+
+
 def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str], Path], tmp_path: Path) -> None:
     """It holds where neither the command nor the file says one; where the file says another one, that is warned of."""
     script = replace(recipe_of(SMOOTH).script, unit="mm", guards=Guards.parse({"max_displacement": f"{WITHIN}mm"}))

@@ -70,7 +70,7 @@ def compare(
     meshes = [read_mesh(path, **reading) for path in (before, after)]
     meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
     units = [mesh.mesh.unit for mesh in meshes]
-    warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
+    warnings = [*dict.fromkeys(w for mesh in meshes for w in (*mesh.warnings, *doubts_of_typed_unit(unit, mesh.mesh.unit)))]
     unit = unit_of_scan(unit, units[0])
     if all(units) and units[0] != units[1]:
         warnings.append(f"BEFORE is in {units[0]} and AFTER in {units[1]}: coordinates are compared as the files have them")

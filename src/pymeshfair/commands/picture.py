@@ -76,9 +76,8 @@ def picture(
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
-    warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings), *doubts_of_typed_unit(unit, opened[0].mesh.unit))
-    units = dict.fromkeys(read.mesh.unit for read in opened if read.mesh.unit)
-    if len(units) > 1:
+    warn(*dict.fromkeys(w for mesh in opened for w in (*mesh.warnings, *doubts_of_typed_unit(unit, mesh.mesh.unit))))
+    if len(units := dict.fromkeys(read.mesh.unit for read in opened if read.mesh.unit)) > 1:
         warn(f"the meshes are in {' and '.join(units)}: they are drawn with the coordinates of their files")
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
     unit = unit_of_scan(unit, opened[0].mesh.unit)
@@ -99,8 +98,7 @@ def picture(
         stripes=stripes or 8.0,
     )
     drawn = draw_meshes([read.mesh for read in opened], title or [path.name for path in meshes], appearance)
-    encoded = io.BytesIO()
-    drawn.save(encoded, format=PICTURES[extension(output)])
+    drawn.save(encoded := io.BytesIO(), format=PICTURES[extension(output)])
     write_file(output, encoded.getvalue(), overwrite=overwrite)
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
