@@ -204,8 +204,8 @@ def test_faces_without_a_texture_have_their_own_colour(tmp_path: Path) -> None:
     vertices, faces = grid(4, 4, spacing=0.25)
     Image.new("RGB", (2, 2), "green").save(tmp_path / "t.png")
     red = np.tile(np.array([255, 0, 0, 255], np.uint8), (len(faces), 1))
-    looks = {"wedge_texture_coordinates": vertices[faces][:, :, :2], "texture": np.full(len(faces), -1, np.int32), "colors": red}
-    looks["texture"][: len(faces) // 2] = 0
+    number = np.where(np.arange(len(faces)) < len(faces) // 2, 0, -1).astype(np.int32)
+    looks = {"wedge_texture_coordinates": vertices[faces][:, :, :2], "texture": number, "colors": red}
     mesh = mesh_of(vertices, faces, textures=(Texture("t.png", tmp_path / "t.png"),), face_attributes=looks)
     shown = pixels(mesh, color="own").astype(int).reshape(-1, 3)
     strongest = shown[np.ptp(shown, axis=1) > 40].argmax(axis=1)
