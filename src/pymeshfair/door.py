@@ -114,8 +114,6 @@ class Door:
         finally:
             BASE.set_current_mesh(self._meshset, current)
 
-    # ----------------------------------------------------------------------------------------------------------------- in
-
     def _send(self, mesh: MeshData) -> None:
         """Sends a mesh as a PLY file, and sets what PLY cannot hold: label, element numbers, matrix."""
         path = self._folder / "mesh.ply"
@@ -171,16 +169,16 @@ class Door:
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
-    # ---------------------------------------------------------------------------------------------------------------- out
-
     def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
         """Reads a MeshLab mesh; elements of `sent` that still exist get back the attributes that MeshLab did not hold."""
         vertices, faces, edges = (read_array(mesh, name) for name in ("vertices", "faces", "edges"))
         of_vertices = None if sent is None else _numbers(mesh, "vertex", len(sent.vertices))
+        of_faces = None if sent is None else _numbers(mesh, "face", len(sent.faces))
+        if sent is not None and len(vertices) and (of_vertices is None or of_vertices.max() < 0):
+            of_vertices, of_faces = _at_places(vertices, faces, sent)
         if of_vertices is None:
             sent, of_vertices = None, np.full(len(vertices), -1)
         before = MeshData(vertices=np.empty((0, 3))) if sent is None else sent
-        of_faces = _numbers(mesh, "face", len(before.faces))
         if of_faces is None:
             of_faces = np.full(len(faces), -1)
         else:
@@ -299,6 +297,26 @@ def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
         return None
     numbers = np.where((marks >= 1.0) & (marks == np.rint(marks)), marks, 0.0).astype(np.int64) - 1
     return numbers if numbers.max(initial=-1) < count else None
+
+
+def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.int64] | None, NDArray[np.int64] | None]:
+    """The numbers of elements in the place of a sent one, after a filter that copies without numbers; None if none has one."""
+    of_vertices, first = _first_equal(vertices, sent.vertices), _first_equal(sent.vertices, sent.vertices)
+    if of_vertices.max() < 0:
+        return None, None
+    of_faces = _first_equal(np.sort(of_vertices[faces], axis=1), np.sort(first[sent.faces], axis=1))
+    new, old = faces[of_faces >= 0], sent.faces[of_faces[of_faces >= 0]]
+    order, place = np.argsort(of_vertices[new], axis=1), np.argsort(first[old], axis=1)
+    of_vertices[np.take_along_axis(new, order, 1)] = np.take_along_axis(old, place, 1)  # of several in a place that of the face
+    return of_vertices, of_faces
+
+
+def _first_equal(rows: NDArray[Any], among: NDArray[Any]) -> NDArray[np.int64]:
+    """(n,) the first row of `among` that equals each of the (n, 3) rows, -1 if none does."""
+    both = np.concatenate([among, rows]) + 0.0  # -0.0 equals 0.0
+    _, first, place = np.unique(both.view(np.dtype((np.void, 24))).ravel(), return_index=True, return_inverse=True)
+    found = first[place[len(among) :]]
+    return np.where(found < len(among), found, -1)
 
 
 def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None:

@@ -199,6 +199,20 @@ def test_the_own_colours_of_a_textured_mesh_are_those_of_its_texture(tmp_path: P
         pixels(lost, color="own")
 
 
+def test_faces_without_a_texture_have_their_own_colour(tmp_path: Path) -> None:
+    """Of a mesh with a green image, as of an OBJ file with two materials, the faces that have none are red, as they say."""
+    vertices, faces = grid(4, 4, spacing=0.25)
+    Image.new("RGB", (2, 2), "green").save(tmp_path / "t.png")
+    red = np.tile(np.array([255, 0, 0, 255], np.uint8), (len(faces), 1))
+    number = np.where(np.arange(len(faces)) < len(faces) // 2, 0, -1).astype(np.int32)
+    looks = {"wedge_texture_coordinates": vertices[faces][:, :, :2], "texture": number, "colors": red}
+    mesh = mesh_of(vertices, faces, textures=(Texture("t.png", tmp_path / "t.png"),), face_attributes=looks)
+    shown = pixels(mesh, color="own").astype(int).reshape(-1, 3)
+    strongest = shown[np.ptp(shown, axis=1) > 40].argmax(axis=1)
+    assert set(strongest) == {0, 1}
+    assert 0.4 < (strongest == 0).mean() < 0.6
+
+
 def test_texture_coordinates_that_are_not_finite_count_as_0(tmp_path: Path) -> None:
     """Files have NaN where a program knew no place of the texture; the picture is drawn all the same."""
     vertices, faces = grid(4, 4, spacing=0.25)

@@ -254,6 +254,23 @@ def test_a_corner_that_is_doubled_again_is_a_new_vertex(tmp_path: Path) -> None:
     np.testing.assert_array_equal(after.vertices[after.faces], before.vertices[before.faces])
 
 
+@pytest.mark.parametrize("blades", [2, 4], ids=["manifold", "split"])
+def test_elements_that_meshlab_copies_stay_the_same(tmp_path: Path, blades: int) -> None:
+    """Faces around an edge are split from each other, and then smoothed: vertices and faces keep numbers and attributes."""
+    points = np.array([[0.0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])[: 2 + blades]
+    faces = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4], [1, 0, 5]], dtype=np.int32)[:blades]
+    heat, label = np.arange(1.0, 3.0 + blades), np.arange(5.0, 5.0 + blades)
+    document = Document(tmp_path)
+    attributes: Any = {"vertex_attributes": {"heat": heat}, "face_attributes": {"label": label}}
+    document.add(MeshData(vertices=points, faces=faces, **attributes))
+    document.apply(step("meshing_repair_non_manifold_edges", method="Split Vertices"))
+    document.apply(step("apply_coord_laplacian_smoothing"))
+    mesh = document.current
+    assert mesh.face_ids is None or mesh.face_ids.tolist() == list(range(blades))
+    assert mesh.face_attributes["label"].tolist() == label.tolist()
+    np.testing.assert_array_equal(mesh.vertex_attributes["heat"][mesh.faces], heat[faces])
+
+
 def test_selections_pass_the_door(tmp_path: Path) -> None:
     """What one of our filters selects, a filter of MeshLab's deletes, and the other way round."""
     scene = scene_for(find_filter("apply_coord_taubin_fairing"))

@@ -99,8 +99,7 @@ def picture(
         stripes=stripes or 8.0,
     )
     drawn = draw_meshes([read.mesh for read in opened], title or [path.name for path in meshes], appearance)
-    encoded = io.BytesIO()
-    drawn.save(encoded, format=PICTURES[extension(output)])
+    drawn.save(encoded := io.BytesIO(), format=PICTURES[extension(output)])
     write_file(output, encoded.getvalue(), overwrite=overwrite)
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})

@@ -30,10 +30,8 @@ from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 from ..running.suitability import traits_of
 
-#: the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
-_APART = 1.0
-#: the distance up to which points coincide, relative to the largest coordinate
-_ROUNDING = 256 * float(np.finfo(np.float64).eps)
+_APART = 1.0  # the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
+_ROUNDING = 256 * float(np.finfo(np.float64).eps)  # the distance up to which points coincide, relative to the largest coordinate
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,8 +33,6 @@ from ..mesh_data import MeshData
 from .comparison import same_elements
 from .shading import Camera, Scene, render, rotated, texture_of
 
-# ------------------------------------------------------------------------------------------------ colours of measures
-
 #: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) of numbers just beyond it
 _WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
@@ -130,8 +128,7 @@ COLORINGS: Mapping[str, Coloring] = {
 }
 
 
-#: colorings without numbers: clay, the colours of the mesh itself, and reflection lines
-OTHERS = ("plain", "own", "reflection")
+OTHERS = ("plain", "own", "reflection")  # colorings without numbers: clay, the colours of the mesh itself, and reflection lines
 
 
 def check_coloring(name: str) -> None:
@@ -149,8 +146,6 @@ def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None
     return numbers
 
 
-# -------------------------------------------------------------------------------------------------------------- views
-
 #: azimuth and elevation in degrees of the named views
 VIEWS = {
     "front": (0.0, 0.0),
@@ -161,8 +156,7 @@ VIEWS = {
     "bottom": (0.0, -90.0),
     "iso": (35.0, 25.0),
 }
-#: the margin on every side, as a share of the picture
-_MARGIN = 0.03
+_MARGIN = 0.03  # the margin on every side, as a share of the picture
 
 
 def view_angles(text: str) -> tuple[float, float]:
@@ -207,10 +201,7 @@ def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Cam
     return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)
 
 
-# ------------------------------------------------------------------------------------------------------------- panels
-
-#: the longest scale bar, as a share of the width of a panel
-_SCALE_BAR = 0.25
+_SCALE_BAR = 0.25  # the longest scale bar, as a share of the width of a panel
 
 
 @dataclass(frozen=True)
@@ -311,8 +302,6 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
         raise MeshError(f"{mesh.label} has no colours of its own")
     return scene
 
-
-# ----------------------------------------------------------------------------------------------------- texts and bars
 
 INK = (40, 44, 52)
 #: heights in pixels of the strips for titles and for the colour bar

@@ -18,24 +18,17 @@ from ..filters.inspection import mesh_normals
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import read_pixels, sampled
 
-#: the number of samples of a pixel in each direction
-SUPERSAMPLING = 2
-#: the colour of a mesh without colours
-CLAY = np.array([0.72, 0.745, 0.78])
-#: the colour that is mixed into the colours of the inner side of a surface
-_INSIDE = np.array([0.55, 0.36, 0.30])
+SUPERSAMPLING = 2  # the number of samples of a pixel in each direction
+CLAY = np.array([0.72, 0.745, 0.78])  # the colour of a mesh without colours
+_INSIDE = np.array([0.55, 0.36, 0.30])  # the colour that is mixed into the colours of the inner side of a surface
 _BACKGROUND = 1.0
-#: the direction to the light, behind the eye at the upper left
-_LIGHT = np.array([-0.38, 0.48, 0.79])
+_LIGHT = np.array([-0.38, 0.48, 0.79])  # the direction to the light, behind the eye at the upper left
 _LIGHT /= math.sqrt(float(_LIGHT @ _LIGHT))
 _SHININESS = 40
-#: radius in pixels of the dots that draw clouds and polylines
-_DOT = 1.1
-#: the largest number of steps between the dots of an edge; edges may reach far beyond a close-up
-_LONGEST = 20_000
+_DOT = 1.1  # radius in pixels of the dots that draw clouds and polylines
+_LONGEST = 20_000  # the largest number of steps between the dots of an edge; edges may reach far beyond a close-up
 
-#: shares of ambient, diffuse and specular light, for the faces of a mesh without colours
-_CLAY_LIGHT = (0.20, 0.85, 0.32)
+_CLAY_LIGHT = (0.20, 0.85, 0.32)  # shares of ambient, diffuse and specular light, for the faces of a mesh without colours
 #: shares for dots, and for faces with colours, which must stay near the colours of the colour bar
 _NUMBERS_LIGHT = (0.45, 0.58, 0.06)
 
@@ -69,8 +62,7 @@ class Scene:
     vertices: Floats  # (n, 3)
     faces: Ints  # (m, 3)
     edges: Ints  # (e, 2) of polylines, drawn if there are no faces
-    #: (n, 3) colours of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
-    colors: Floats | None = None
+    colors: Floats | None = None  # (n, 3) colours of vertices, or (m, 3) of faces with `by_face`, from 0 to 1; None for clay
     by_face: bool = False
     normals: Floats | None = None  # (n, 3) of a cloud, for its shading
     texture: Sampler | None = None  # replaces `colors`
@@ -236,12 +228,11 @@ def draw_dots(screen: Floats, radius: float, elements: Ints, depths: Floats) -> 
                     elements[row, column] = i
 
 
-#: returns (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates
-Sampler = Callable[[Ints, Floats], Floats]
+Sampler = Callable[[Ints, Floats], Floats]  # returns (k, 3) colours from 0 to 1 of (k,) faces at (k, 3) barycentric coordinates
 
 
 def texture_of(mesh: MeshData) -> Sampler | None:
-    """Returns a sampler of the textures, with clay for faces without a texture; None without texture coordinates or images.
+    """Returns a sampler of the textures, with face colours or clay where a face has none; None without coordinates or images.
 
     The sampler takes the nearest pixel, and repeats images beyond their edges. An image that cannot be read raises `MeshError`.
     """
@@ -261,7 +252,7 @@ def texture_of(mesh: MeshData) -> Sampler | None:
 
     def sample(faces: Ints, weights: Floats) -> Floats:
         texture_points = np.einsum("ki,kij->kj", weights, corners[faces])
-        colors = np.broadcast_to(CLAY, (len(faces), 3)).copy()
+        colors = mesh.face_colors[faces, :3] if mesh.has_face_colors else np.broadcast_to(CLAY, (len(faces), 3)).copy()
         for number, pixels in enumerate(images):
             in_image = of_faces[faces] == number
             colors[in_image] = sampled(pixels, texture_points[in_image])

@@ -10,10 +10,8 @@ from ..places import counted, distance_unit, point_text
 if TYPE_CHECKING:
     from .comparison import Comparison, Deviation, LengthIn
 
-#: the most pieces that get a line each
-_MOST_PIECES = 5
-#: the most areas out of tolerance that are listed
-MOST_AREAS = 20
+_MOST_PIECES = 5  # the most pieces that get a line each
+MOST_AREAS = 20  # the most areas out of tolerance that are listed
 #: a measure, its words, and whether it has a row even if all values are 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),

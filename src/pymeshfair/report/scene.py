@@ -24,11 +24,9 @@ from ..filters.topology import proper_faces
 from ..looking.picture import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
-#: the largest number of faces of a mesh in a browser; larger meshes are decimated
-MOST_FACES = 120_000
+MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
 MOST_POINTS = 200_000
-#: before decimation, a mesh of over 4 `MOST_FACES` faces is thinned on a grid to about this many times `MOST_FACES`
-_THINNED = 2
+_THINNED = 2  # before decimation, a mesh of over 4 `MOST_FACES` faces is thinned on a grid to about this many times `MOST_FACES`
 
 
 @dataclass(frozen=True, eq=False)

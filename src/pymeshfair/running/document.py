@@ -21,6 +21,9 @@ from ..scripts.script import Step
 if TYPE_CHECKING:
     from ..door import Door
 
+#: MeshLab's filters that copy elements without their numbers: the door compares the mesh before and after such a step alone
+_COPIES = frozenset({"meshing_repair_non_manifold_edges"})
+
 
 class State(NamedTuple):
     """A snapshot of the layers of a document."""
@@ -129,7 +132,8 @@ class Document:
         return parameters, dict(edit.values)
 
     def _apply_builtin(self, step: Step) -> tuple[dict[str, Any], dict[str, Any]]:
-        if not self._door_is_current:
+        copies = step.filter.python_name in _COPIES
+        if copies or not self._door_is_current:
             load_pymeshlab()
             from ..door import Door
 
@@ -142,4 +146,5 @@ class Document:
         finally:
             ids, self.current_id, self._visible = self._door.layers(self._next_id)
             self._meshes = dict.fromkeys(ids)
+            self._door_is_current = not copies
             self._next_id = max([self._next_id, *(number + 1 for number in ids)])
