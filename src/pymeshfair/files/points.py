@@ -113,7 +113,7 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     width = values.shape[1]
     rgb = slice(4, 7) if width == 7 else slice(3, 6)
     are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
-    lengths = np.linalg.norm(values[:, -3:], axis=1)
+    lengths = np.linalg.norm(np.clip(values[:, -3:], -2.0, 2.0), axis=1)  # clipped: squares of large numbers overflow
     are_normals = np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 0.01  # normals may be written with two decimals
     are_colors = are_levels and values[:, rgb].max() > 1
     if width == 6 and (are_colors or are_normals):
