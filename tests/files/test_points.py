@@ -83,7 +83,7 @@ def test_columns_are_kept(tmp_path: Path, name: str, text: str, attributes: dict
 def test_numbers_whose_squares_overflow_are_no_normals(tmp_path: Path) -> None:
     """They are read as any other numbers, without a warning of numpy."""
     (tmp_path / "a.xyz").write_text("1e300 0 0\n0 1e300 0\n")
-    assert read(tmp_path / "a.xyz").vertices.max() == 1e300
+    assert read_file(tmp_path / "a.xyz").mesh.vertices.max() == 1e300
 
 
 def test_what_a_text_cannot_hold_is_named(tmp_path: Path) -> None:
