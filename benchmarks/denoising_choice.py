@@ -87,7 +87,7 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
     """For every rule of the method what is put in place of what, where, so that it is off."""
     return {
         "full": [],
-        "clip": [(tuned, "CLIP", np.inf)],
+        "clip": [(tuned, "CLIP", 1e9)],
         "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
         "flipped": [(tuned, "FLIPPED", 0.0)],
         "masks": [(tuned, "MASKS", 1)],

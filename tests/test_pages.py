@@ -38,6 +38,7 @@ PAGES = [
 QUICK = {f"docs/{name}.md" for name in ("robust", "curves", "writing_recipes", "fairing")}
 #: the commands of pages, with one change: the page to tune on is served for two seconds, without a browser
 COMMAND = f"""#!/bin/sh
+if [ "$1" = demo ] && [ -e pymeshfair_demo ]; then exit; fi  # a piece of the demo's scan is there
 if [ "$1" != tune ]; then exec {sys.executable} -m pymeshfair "$@"; fi
 timeout -s INT 10 {sys.executable} -m pymeshfair "$@" --no-browser; code=$?
 [ $code = 124 ]

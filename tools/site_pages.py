@@ -55,7 +55,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
     for source, page in TOP.items():
         text = (ROOT / source).read_text("utf-8")
-        files.append(File.generated(config, page, content=re.sub(r"\]\(docs/", "](", text)))
+        head = "---\nsearch:\n  exclude: true\n---\n" if source == "CHANGELOG.md" else ""  # the search finds what is true today
+        files.append(File.generated(config, page, content=head + re.sub(r"\]\(docs/", "](", text)))
     for declared in own_filters():
         files.append(File.generated(config, f"filters/{declared.python_name}.md", content=filter_page(declared)))
     for name in shipped_recipes():

@@ -63,8 +63,8 @@ _MAGICS = b"COLOR=\xff\x01\x01\xff,MATERIAL=\x01\x01\x01\x01\x01\x01\x01\x01\x01
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
-    ("comment_with_backslash.obj", _OBJ + "# from c:\\scans\\\nf 1 2 3\n", (3, 1)),
-    ("remark_with_backslash.obj", _OBJ + "f 1 2 3 # first \\\nf 3 2 1\n", (3, 2)),
+    ("comment_with_backslash.obj", _OBJ + "# from c:\\scans\\\nf 1 2 3\n", (3, 1, "comments (1)")),
+    ("remark_with_backslash.obj", _OBJ + "f 1 2 3 # first \\\nf 3 2 1\n", (3, 2, "comments (1)")),
     ("hash_in_a_name.obj", "o a#b \\\n c\n" + _OBJ + "f 1 2 3\n", (3, 1, "objects (1)")),
     ("form_feed.obj", _OBJ + "f\f1 2 3\n", "its line 4, 'f\\x0c1 2 3', begins with no keyword of the format"),
     ("vertical_tab.obj", _OBJ + "f\v1 2 3\n", "its line 4, 'f\\x0b1 2 3', begins with no keyword of the format"),
