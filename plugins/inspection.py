@@ -32,8 +32,8 @@ def get_surface_measures(layer: Layer) -> Edit:
 
     Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports whether
     the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and oriented), mean
-    edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle in degrees between
-    the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
+    edge (also of polylines), mean spacing of clouds (to the nearest point), roughness (the mean angle in degrees between the
+    normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
     """
     return Edit(values=asdict(inspection.surface_measures(layer.without_matrix().vertices, layer.faces, edges=layer.edges)))
 

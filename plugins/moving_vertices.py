@@ -21,7 +21,7 @@ MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FA
 ADDS_ELEMENTS = MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT
 #: `mesh_filter` with the defaults for a filter that smooths a mesh by moving its vertices
 vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
-NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"  # the note on an automatic amount of 0
+NOTHING_TO_REMOVE = "no noise was found that can be removed safely: the vertices stay where they are"  # if nothing is chosen
 #: a smoother called with vertices, faces, amount, and the keywords `movable` and `progress`
 Smooth: TypeAlias = Callable[..., Floats]
 Selected: TypeAlias = Annotated[
@@ -42,7 +42,7 @@ Border: TypeAlias = Annotated[
 Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The number of steps. More steps smooth more.")]
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
-DETAIL_SIZE = Percentage(default="6edge", automatic=-1, help=_WAVES + "'auto' takes the size with the least expected error.")
+DETAIL_SIZE = Percentage(default="6edge", automatic=-1, help=_WAVES + "'auto' chooses the size for the noise of the mesh.")
 SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
 
 

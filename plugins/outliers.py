@@ -135,8 +135,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
         areas, furthest = vector_lengths(cross_products(layer.vertices, layer.faces)), away[layer.faces].max(axis=1)
         far, half = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
         notes = (
-            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {half - far:.2%} is "
-            f"farther than {0.5 * spacings:g}, and bridges gaps",
+            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; another "
+            f"{half - far:.2%} is farther than {0.5 * spacings:g}, and stays: it may bridge gaps",
             *_left_out(cloud, spacing_at, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)

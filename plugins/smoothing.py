@@ -174,7 +174,7 @@ def apply_coord_taubin_fairing(
         step: The smoothing step, above 0. Larger is smoother per iteration.
         pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1.
             Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / step).
-        iterations: The number of step pairs. More pairs smooth more. 'auto' takes the number with the least expected error.
+        iterations: The number of step pairs. More pairs smooth more. 'auto' chooses the number for the noise of the mesh.
     """
     faired = partial(diffusion.taubin_fairing, operator=operator, step=step, mu=mu, pass_band=pass_band or None, border=border)
 

@@ -37,7 +37,7 @@ def chosen_amount(
     """Chooses the amount by the expected error of the edge vectors; see `Scan.choose_by_risk`.
 
     Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If fourth-order differences show
-    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. All errors are along normals.
+    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. Only errors along normals count.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -106,8 +106,8 @@ def compare_smoothers(
     Arguments and exceptions are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The choice, with errors and standard errors of no smoothing and of each family with its best amount. Families whose
-        equations cannot be solved are left out. None if the scan is clean or no vertex can be held out.
+        The choice; its trials are no smoothing and each family with its best amount. Left out are families whose equations
+        cannot be solved, and a normal filtering that does nothing. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)

@@ -25,7 +25,7 @@ JonesBorder: TypeAlias = Literal["fixed", "free"]
 #: Radius of a space kernel in units of its sigma: the distance 2 s at which the papers cut off their Gaussian.
 REACH = math.sqrt(2.0)
 # Automatic range sigmas as multiples of the sigma of 95 % efficiency, the best of a few tried on models with noise. Below 1 for
-# neighbours, whose heights have the noise of two vertices and a normal. Above 1 for corners, whose heights are small.
+# neighbours, whose heights have the noise of two vertices and a normal. Above 1 for triangle corners: their heights are small.
 _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.

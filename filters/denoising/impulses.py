@@ -41,10 +41,10 @@ def without_outliers(
     """Returns (n, 3) vertices filtered by `smooth` without the influence of outliers; "keep" just filters once.
 
     1. `replace_outlying` moves outliers to predicted positions, and the filter gives positions z. At edges the prediction
-    errs, an edge-preserving filter does not. 2. So the vertices `far_from` z become candidates. Earlier outliers stay candidates:
-    where the filter removes details, they do not stand out. 3. `put_back_along` corrects z at the far vertices. Candidates that
-    `flattening` accepts are outliers and move to z. 4. All other vertices return to the input, and the filter runs again.
-    Missed outliers mislead the filter, so steps 2 to 4 repeat; in cross-validation, with `certain` outliers, they run once.
+    errs, an edge-preserving filter does not. 2. So the vertices `far_from` z become candidates. Earlier outliers stay candidates,
+    since `far_from` misses some where the filter removes details. 3. `put_back_along` corrects z at the far vertices. Candidates
+    that `flattening` accepts are outliers and move to z. 4. All other vertices return to the input, and the filter runs again.
+    Missed outliers mislead the filter, so steps 2 to 4 repeat; with held-out vertices as `certain` outliers, they run once.
     """
     check_choice("outliers", outliers, Outliers)
     if outliers == "keep":

@@ -20,8 +20,8 @@ from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, prop
 
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
 _WITHOUT_UNIT = ("uniform", "inverse_length")  # the operators whose time step has no unit
-#: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
-#: input, M built anew.
+#: C is the stiffness matrix, M the mass matrix. "linear": C and M of the input for all steps. "mean_curvature": both are built
+#: anew for every step. "conformalized": C of the input, M built anew.
 Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
 #: The root mean square error that the solver leaves in the coordinates, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10
@@ -93,9 +93,9 @@ def implicit_fairing(
         time_step: t, from 0. Larger is smoother. In squared mesh units, or without a unit for "uniform" and "inverse_length"; see
             `time_step_of_detail_size`.
         iterations: number of steps. n steps of length t cut off more sharply than one of length n t.
-        flow: "linear" keeps the operator of the input, which is quickest. "mean_curvature" follows the surface: a sphere of
-            radius r0 shrinks by r^2 = r0^2 - 4 t, and thin parts pinch off. "conformalized" keeps the angles of the input as
-            weights: no necks pinch off, and closed surfaces without handles tend to a sphere [kazhdan2012].
+        flow: "linear" keeps the operator of the input, which is quickest. "mean_curvature" follows the surface: in short
+            steps of total time T a sphere's radius r becomes sqrt(r^2 - 4 T); thin parts pinch off. "conformalized" keeps angles
+            of the input as weights: no necks pinch off, and closed surfaces without handles tend to a sphere [kazhdan2012].
         preserve_volume: after every step, scale each component about the centroid of its surface back to its volume. This needs
             a coherently oriented component without border whose vertices may all move; other components are not scaled. Not for
             point clouds.

@@ -114,7 +114,7 @@ def bilaplacian_smoothing(
         return points.copy()
 
     def minimiser(operator: SurfaceOperator, even: Bools) -> Floats:
-        # A border vertex has no closed star for a Laplacian: no bending there, except on the free border of an evened component.
+        # A border vertex has no closed star for a Laplacian: bending costs 0 there, except on an evened component's free border.
         bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
         quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
         return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))

@@ -263,7 +263,7 @@ def _flip_pass(
                 if square > min(near[a], near[b], near[c], near[d], near[i], near[j], near[m]):
                     far = True
                     break
-            # An edge from c to d must not exist yet: `fan_size` is -1 if f's fan around c has it; other fans at c may have it.
+            # An edge from c to d must not exist yet: `fan_size` is -1 if f's fan around c has it. No flip if c has other fans.
             if far or fan_size(faces, across, f, (k + 2) % 3, d) != valences[c]:
                 continue
             flip(faces, across, f, k)

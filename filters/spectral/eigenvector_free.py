@@ -163,8 +163,8 @@ def rational_filter(
 ) -> tuple[Floats, float]:
     """Applies the series of `rational_series` to (n, k) values.
 
-    An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
-    with k, so the first solves must be the most exact.
+    The result has the error e_k of the k-th solve multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall with k,
+    so the first solves must be the most exact.
 
     The M-norm of the error of all solves together should be at most `_SHARE_OF_SOLVES` x tolerance x |v|_M. Returns the filtered
     values and an estimate of this norm, in the unit of the values.

@@ -141,6 +141,6 @@ def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> N
     document.apply(Step(find_filter("compute_selection_by_distance_from_cloud_per_vertex")).with_values({"spacings": 1.5}))
     assert said == [
         "33.33% of the area is farther than 1.5 spacings from every point, and selected; "
-        "8.33% is farther than 0.75, and bridges gaps",
+        "another 8.33% is farther than 0.75, and stays: it may bridge gaps",
         "50.00% of the points have no surface within 1.5 spacings: a larger reconstruction depth keeps details",
     ]

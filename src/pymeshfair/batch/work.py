@@ -40,7 +40,7 @@ from .plan import Scan, job_of, sample
 if TYPE_CHECKING:
     from .cluster import DaskWorkers
 
-_PATIENCE = 20.0  # seconds in which a run with a busy output is tried again: a lost worker may still remove files there
+_PATIENCE = 20.0  # seconds of new tries while an output is busy: a lost worker may still remove its files
 _PULSE = 1.0  # seconds between checks of workers
 _GROWTH = 2.0  # the largest expected ratio of output to input bytes: double in place of single precision
 _READERS = 4  # threads that read files and compute their checksums
@@ -259,7 +259,7 @@ class Prospect:
 
     states: Mapping[int, str]  # by number of the scan: ``"to do"``, ``"done"`` or ``"cannot be done"``
     problems: Mapping[int, str]  # by number: the reasons why scans cannot be done
-    bytes_in: int  # total size of the inputs of scans to do
+    bytes_in: int  # total size of the readable inputs of scans that are not done
     bytes_free: int | None  # on the disk of the outputs; None if unknown
 
     @property
@@ -317,7 +317,7 @@ class Task:
         return Prospect(states | dict.fromkeys(problems, "cannot be done"), problems, size, free)
 
     def _check_own_files(self) -> None:
-        """Refuses to replace files about a batch without `overwrite`, unless the folder's journal is empty or has an outcome."""
+        """Refuses to replace batch files without `overwrite`, unless a batch's journal, empty or with outcomes, is there."""
         journal = self.folder / NAME
         is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
         for name in (NAME, TABLE, DOCUMENT, *([PAGE] if self.report else [])):

@@ -32,8 +32,8 @@ class Format:
     reader: str = ""  # ``module.function`` that reads a file strictly, to the last byte; empty if there is none
     writer: str = ""  # ``module.function`` that writes a file; empty if there is none
     holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that a file keeps
-    rounding: float = 0.0  # largest relative change of a coordinate by writing
-    begin: tuple[str, str] | None = None  # pattern for the first bytes of a file, decoded as Latin-1; its text in messages
+    rounding: float = 0.0  # largest relative change of a coordinate by single precision
+    begin: tuple[str, str] | None = None  # pattern for the first bytes of a file, decoded as Latin-1; how messages show it
     has_unit: bool = False  # whether a file may state the unit of its coordinates
     units: tuple[str, ...] = ()  # the units that a file can be written in
 

@@ -215,7 +215,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Replaces a byte order mark, and each backslash together with the line end after it, by blanks of the same length."""
+    """Blanks a byte order mark, and backslashes before line ends with these line ends; keeps the length. May blank comments."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # the backslash at the end of `# from C:\scans\` joins no lines

@@ -159,5 +159,5 @@ def _shortest(single: float) -> float:
 
 
 def constant_defaults(declared: Filter) -> dict[str, Any]:
-    """Returns the defaults, except lengths, that are the same on every mesh; without them some filters use their last values."""
+    """Returns the mesh-independent defaults, except lengths. Without them some filters reuse values of their previous call."""
     return {p.name: p.default for p in declared.parameters if p.default is not None and not isinstance(p, Percentage)}

@@ -434,8 +434,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected error. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+                smoother. 'auto' chooses the size for the noise of the mesh. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
@@ -958,8 +958,8 @@ class FilterMethods(metaclass=LateMethods):
                 slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' need a time
                 step.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected error. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+                smoother. 'auto' chooses the size for the noise of the mesh. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
@@ -1256,8 +1256,8 @@ class FilterMethods(metaclass=LateMethods):
                 to the largest size by the gain, and keeps all others; the detail size should exceed the size of the noise.
                 'band_pass' keeps only this band, for inspection.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. 'auto' takes the size with the least expected error. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+                smoother. 'auto' chooses the size for the noise of the mesh. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
@@ -1370,7 +1370,7 @@ class FilterMethods(metaclass=LateMethods):
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / step). Takes a
                 number from 0 to 2.
-            iterations: The number of step pairs. More pairs smooth more. 'auto' takes the number with the least expected error.
+            iterations: The number of step pairs. More pairs smooth more. 'auto' chooses the number for the noise of the mesh.
                 Takes a whole number from 0 to 100000, or 'auto'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
@@ -5672,8 +5672,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports
         whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and
-        oriented), mean edge (also of polylines; of a cloud the mean distance to the nearest point), roughness (the mean angle
-        in degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
+        oriented), mean edge (also of polylines), mean spacing of clouds (to the nearest point), roughness (the mean angle in
+        degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

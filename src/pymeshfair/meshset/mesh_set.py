@@ -82,7 +82,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_step(self, step: Step) -> dict[str, Any]:
         """Applies a step of a script like `apply_filter`, and does not add it to the filter script.
 
-        Layer ids in the step count without the gaps that helper layers leave, so that a script has the same meaning at any time.
+        The step numbers layers without the gaps that helper layers leave, so that a script has the same meaning at any time.
         """
         return self._filters.apply_step(step)[0]
 

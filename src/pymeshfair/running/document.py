@@ -93,7 +93,7 @@ class Document:
 
     @property
     def fullness(self) -> int:
-        """Returns 2 if the current layer has faces, 1 if it has only vertices, 0 if it is empty or there is no layer."""
+        """Returns 2 if the current layer has faces, 1 if it has vertices but no faces, 0 if it is empty or there is none."""
         if self.current_id is None:
             return 0
         mesh = self._meshes[self.current_id]

@@ -51,7 +51,7 @@ class Outcome:
 
 
 class RunCache:
-    """A cache of runs on one mesh: after a change of a step, only this step and later ones run again.
+    """A cache of runs on one mesh: after a change of a step, a run continues from the last snapshot before it.
 
     It keeps the measures of the mesh, and up to `states` snapshots of the layers after a step; it drops the least recently used.
     """

@@ -35,7 +35,7 @@ class Verification:
 
     verdict: Verdict
     findings: tuple[str, ...] = ()  # sentences on what differs, and where
-    notes: tuple[str, ...] = ()  # sentences on changes that made no difference
+    notes: tuple[str, ...] = ()  # further sentences, for example on changes that made no difference
 
 
 def verify_output(
@@ -84,11 +84,11 @@ class _Plan(NamedTuple):
     files: Sequence[str]  # the names of the output and its side files
     unrepeatable: Mapping[str, float]  # random filters, each with its tolerance in diagonals
     versions: Sequence[str]  # sentences on versions that have changed
-    notes: Sequence[str]  # sentences on the recipe
+    notes: Sequence[str]  # sentences on the recipe and on a new name of the output
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:
-    """The changes since the run, or the plan to repeat it in `folder`, with the old name of the output: OBJ files contain it."""
+    """The changes since the run, or the plan to repeat it in `folder`. OBJ files contain names: the output gets its old name."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):

@@ -240,7 +240,7 @@ class Workshop:
             answer = await asyncio.to_thread(self._process.do, order, take)
         except LostProcessError as error:
             await self._end_process()
-            raise RunError(f"{error}; the filter probably crashed on this mesh") from error
+            raise RunError(f"{error}; it probably crashed on this mesh") from error
         if answer.error is None:
             numbers, scene = answer.result
             return {**numbers, "seconds": round(time.perf_counter() - started, 2)}, scene

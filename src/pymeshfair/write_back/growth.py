@@ -90,7 +90,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """Returns the seed, if possible a triangle outside polygons, and whether polygons were triangulated."""
-    # No edge has length 0 now, so these total lengths are equal only without polygons. A list of polygons takes far more memory.
+    # No edge has length 0 now, so these total lengths are equal only without polygons. Listing polygons takes far more memory.
     measures = bench.apply("get_geometric_measures")
     if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
