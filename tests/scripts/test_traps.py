@@ -20,13 +20,14 @@ def test_deleting_the_result_of_a_reconstruction_is_a_trap() -> None:
     assert not list(traps(parse_script(script('<filter name="Close Holes"/>', '<filter name="Delete Current Mesh"/>'), "a")))
 
 
-def test_a_step_on_the_faces_that_closed_the_holes_is_a_trap() -> None:
-    """A step behind Close Holes that does not say Selected works on the new faces alone; Selected=false is no trap."""
-    smooth = '<filter name="Laplacian Smooth"/>'
-    (said,) = traps(parse_script(script('<filter name="Close Holes"/>', smooth), "a"))
-    assert said.startswith("step 2 (Laplacian Smooth, line 4) works on the faces that Close Holes has selected")
+@pytest.mark.parametrize("closing", ["Close Holes", "Close Holes by Fairing", "Bridge Rims by Fairing"])
+def test_a_step_on_the_faces_that_closed_the_holes_is_a_trap(closing: str) -> None:
+    """A step behind a filter that closes or bridges rims works on the new faces alone, unless it says Selected=false."""
+    smooth, close = '<filter name="Laplacian Smooth"/>', f'<filter name="{closing}"/>'
+    (said,) = traps(parse_script(script(close, smooth), "a"))
+    assert said.startswith(f"step 2 (Laplacian Smooth, line 4) works on the faces that {closing} has selected")
     whole = '<filter name="Laplacian Smooth"><Param type="RichBool" name="Selected" value="false"/></filter>'
-    assert not list(traps(parse_script(script('<filter name="Close Holes"/>', whole), "a")))
+    assert not list(traps(parse_script(script(close, whole), "a")))
 
 
 @pytest.mark.parametrize(("value", "warned"), [("0.5", True), ("0.01", False), ("0", False), ("1e-9", True)])

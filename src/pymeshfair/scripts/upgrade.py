@@ -25,7 +25,7 @@ _UNTYPED = "is left out: without a type every MeshLab ignores the value and take
 _MISREAD = "today's MeshLab reads another value here: 0 or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
-_WHOLE = "without this parameter MeshLab worked only on the faces that had closed the holes; now on the whole mesh"
+_WHOLE = "without this parameter MeshLab worked only on the new faces, which were selected; now on the whole mesh"
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def _upgraded_steps(
             name = names.get(line, step.filter.name)
             changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
         steps.append(step)
-    for index in list(works_on_leftover_selection(steps)):
+    for index, _ in list(works_on_leftover_selection(steps)):
         step = steps[index]
         what = f"{step.filter.parameter('selected').xml_name} is false now"
         changes.append(Change(line=step.line or 0, filter=step.filter.name, what=what, meaning=_WHOLE))
@@ -251,17 +251,17 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
             yield index
 
 
-def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[int]:
-    """The indices of steps that do not set ``Selected``, and so work only on the faces that an earlier Close Holes selected."""
-    leftover = False
+def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[tuple[int, str]]:
+    """The steps that do not set ``Selected``, and so work only on new faces; each with the filter that selected these."""
+    leftover = ""
     for index, step in enumerate(steps):
         name = step.filter.python_name
-        if name == "meshing_close_holes":
-            leftover = step.values.get("newfaceselected", True) is True
+        if name.startswith(("meshing_close_holes", "meshing_bridge_rims")):
+            leftover = step.filter.name if step.values.get("newfaceselected", True) is True else ""
         elif "selection" in name or name.startswith(("create_", "generate_")):
-            leftover = False
+            leftover = ""
         elif leftover and step.filter.defaults.get("selected", True) is None and "selected" not in step.values:
-            yield index
+            yield index, leftover
 
 
 def relative_script(upgraded: Upgrade, diagonals: Sequence[float]) -> Upgrade:

@@ -36,9 +36,9 @@ def traps(script: Script) -> Iterator[str]:
             f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "
             "MeshLab 2016 deleted the input here; `pymeshfair upgrade` removes the step"
         )
-    for index in works_on_leftover_selection(script.steps):
+    for index, selecting in works_on_leftover_selection(script.steps):
         yield (
-            f"{_place(script, index)} works on the faces that Close Holes has selected, and on nothing else; "
+            f"{_place(script, index)} works on the faces that {selecting} has selected, and on nothing else; "
             "give it Selected=false for the whole mesh, as `pymeshfair upgrade` does"
         )
 
