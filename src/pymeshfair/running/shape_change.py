@@ -71,7 +71,7 @@ class Origins:
     def in_place(self) -> Floats:
         """(n, 3) the result's vertices; carried back onto the input if the whole mesh was moved, turned, mirrored or scaled."""
         result, old = self.result.vertices, self.vertices >= 0
-        if not (self.followed and old.sum() > 3 and self._moves.any()):
+        if not (self.followed and old.sum() > 7 and self._moves.any()):  # a similarity has seven degrees of freedom
             return result
         target = self.before.vertices[self.vertices[old]]
         back = carried(result, result[old], target)
