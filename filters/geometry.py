@@ -139,7 +139,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, correct even if the squares of lengths overflow or underflow."""
+    """(e,) the lengths of (e, 2) edges, also if their squares overflow or underflow; far below the longest, 0."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -155,7 +155,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, correct even if the squares of lengths overflow or underflow."""
+    """(n,) the lengths of (n, 3) vectors, also if their squares overflow or underflow; far below the longest, 0."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -195,7 +195,7 @@ def closest_weights(
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
-    """(m, 8) the unit normal, the area and the centre of every face, and a 0.
+    """(m, 8) the unit normal, the area and the centre of every face, and an unused number.
 
     A row fills one cache line, so a sweep over neighbouring faces loads one line per face. A face without area has the normal 0.
     The coordinates are of ordinary size, as in a `NormalisedMesh`: no square over- or underflows. A given `table` is overwritten.

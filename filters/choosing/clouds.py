@@ -76,7 +76,7 @@ def chosen_projection(
 
     Returns:
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
-        the cloud is clean or hardly any point can be held out. The choice does not depend on the number of threads, or on the
+        the cloud is clean, most points coincide or hardly any can be held out. The choice does not depend on the number of threads, or on the
         position, orientation, scale and order of the points.
 
     Raises:
@@ -124,7 +124,7 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None if the cloud is clean or too small.
+    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None for clean, tiny or coincident ones.
 
     The points are reduced to a random quarter, k times, until noise is below half a spacing or residuals hardly correlate.
     """

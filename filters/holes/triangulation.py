@@ -215,8 +215,8 @@ def _sides(triangle: list[int]) -> tuple[tuple[int, int], ...]:
 def retriangulate(rim: RimTriangles, chord: tuple[int, int]) -> None:
     """Triangulates the neighbourhood of a chord again, and keeps the result if it is better.
 
-    The `WINDOW` triangles nearest to one at the chord in the dual graph form a polygon, since the dual graph of a triangulated
-    polygon is a tree. Another triangulation of it is better if (largest dihedral angle, area) is smaller.
+    In the dual graph the `WINDOW` triangles nearest to a triangle at the chord form a polygon, since the dual graph of a
+    triangulated polygon is a tree. Another triangulation of it is better if (largest dihedral angle, area) is smaller.
     """
     if chord not in rim.holder:
         return  # no longer an edge
