@@ -78,6 +78,10 @@ def chosen_projection(
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
         the cloud is clean, most points coincide or hardly any can be held out. The choice does not depend on the number of
         threads, or on the position, orientation, scale and order of the points.
+
+    Raises:
+        FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
+            of range.
     """
     coordinates = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
