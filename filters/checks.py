@@ -28,10 +28,10 @@ class FilterInputError(PymeshfairError, ValueError):
 
 
 class UnstableStepError(FilterInputError):
-    """An explicit step is longer than the operator's spectrum allows.
+    """An explicit step is too long.
 
     Attributes:
-        largest_stable: the longest step that does not amplify any mode, in the unit of the step.
+        largest_stable: the longest step that is allowed, in the unit of the step.
     """
 
     def __init__(self, message: str, *, largest_stable: float) -> None:

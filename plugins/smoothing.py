@@ -112,7 +112,7 @@ def apply_coord_explicit_smoothing(
         operator: How neighbours are weighted. 'uniform' evens out triangle sizes, as vertices drift along the surface;
             'inverse_length' and 'scale_dependent' keep uneven sampling; 'cotangent' and 'laplace_beltrami' move vertices along
             the normal; 'robust' also works on point clouds, slivers and non-manifold meshes.
-        step: How far a vertex moves towards the mean of its neighbours, as a share from 0 to 1; for 'scale_dependent',
+        step: How far a vertex moves towards the mean of its neighbours, as a share, above 0 and at most 1; for 'scale_dependent',
             'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is smoother.
         update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the vertex
             itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.

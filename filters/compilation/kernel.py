@@ -192,7 +192,7 @@ class Kernel:
 
     @cached_property
     def dispatcher(self) -> Any:
-        """Numba's dispatcher, for the compiler process and for argument types without a `Signature`."""
+        """Numba's dispatcher, for the compiler process, kernels that it cannot import, and arguments without a `Signature`."""
         import numba
 
         function = self.py_func
@@ -229,7 +229,7 @@ def compiled(function: Any = None, /, **options: Any) -> Any:
     Args:
         function: may use the Python and NumPy that numba supports, and other kernels.
         **options: numba's options. `nogil` releases the interpreter lock. `parallel` runs loops over `prange` on several threads.
-            `fastmath` names the allowed reorderings of floating-point operations. With "numpy" as `error_model` a division by 0
+            `fastmath` names the allowed changes of floating-point operations. With "numpy" as `error_model` a division by 0
             raises no error, so that loops with divisions can be vectorised.
     """
     return Kernel(function, options) if function is not None else lambda function: Kernel(function, options)
@@ -274,7 +274,7 @@ _so_far = [Compilation()]
 
 
 def on_compilation(listener: Callable[[Compilation], None]) -> None:
-    """Calls the listener at the start and at the end of each compilation in this process."""
+    """Calls the listener before and after each compilation that a call of a kernel waits for."""
     _listeners.append(listener)
 
 

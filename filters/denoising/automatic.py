@@ -23,7 +23,7 @@ class AutomaticChoice(NamedTuple):
     kind: str  # "clean", "noisy", or "correlated" (neighbours share the noise)
     setting: Setting
     noise: NoiseEstimate
-    evidence: Choice[Setting] | None = None  # the scores of the settings that were tried; None if none were tried
+    evidence: Choice[Setting] | None = None  # the scores of the settings that were tried; None if none count
     # True if noise is independent, no outlier was replaced, and at most one other setting is as good, see `tuned.SURE`.
     sure: bool = False
 
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. Except on depth maps, a choice by held-out balls (step 4) wins. Rounded coordinates come last.
+    # 1. Correlated noise. On depth maps this choice is final; elsewhere one by held-out balls (step 4) takes its place.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     correlated = None
     if shared and shared.chosen.label != Setting():
@@ -84,7 +84,7 @@ def _cross_validated(
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
     # 3. No noise in a model of planes, or at a low level of noise with neither impulses nor uneven noise.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.noise.level < tuned.NO_NOISE):
-        # 4. Cross-validation. With outliers, settings without Taubin steps that move only the outliers are tried, too.
+        # 4. Cross-validation. With outliers it also tries settings that move only the outliers, without Taubin steps.
         alone = calmed is not scan and 0 in repertoire.relaxations
         tried = SettingsTried(calmed, border=border, of=repertoire, alone=alone)
         setting = Setting(outliers="keep" if calmed is scan else "only")

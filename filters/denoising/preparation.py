@@ -26,8 +26,8 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: The share of its move that a corner of a new fold keeps at first (0 would restore spikes), and the number of rings of faces
-#: around a vertex on which its place after one pass of `unfolded` depends.
+#: The first step of `unfolded` leaves corners of newly folded faces this share of their moves; all the way back would restore
+#: spikes. After one pass the place of a vertex depends on so many rings of faces around it.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 

@@ -187,7 +187,7 @@ class Scan:
         `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
-        hardly reaches its middle. Balls start on the smoothest surface through the other vertices after `denoised`.
+        hardly reaches its middle. `denoised` filters the other vertices, and balls start on the smoothest surface through them.
         """
         held_out = held_out_vertices if denoised is None else middles_of_balls
         held = held_out(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)

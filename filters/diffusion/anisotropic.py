@@ -40,7 +40,7 @@ def perona_malik(
     """Diffuses values I: repeats I_s <- I_s + step sum_p g(|I_p - I_s|) (I_p - I_s), p the neighbours of s, for all s at once.
 
     g(x) is 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast. Other
-    M-estimators stop diffusion at edges entirely ("tukey", "truncated_l2", "hampel"), partly ("huber") or not at all ("l2"). For
+    M-estimators stop diffusion entirely above c ("tukey", "truncated_l2") or 4 c ("hampel"), partly ("huber"), or not ("l2"). For
     vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Distances between vertices do
     not matter.
 

@@ -20,7 +20,7 @@ HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_varia
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 # The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
-#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, at most to `FINEST` of their length.
+#: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, not below `FINEST` of their length.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000

@@ -39,7 +39,7 @@ class Spectrum:
         band_edges: (b + 1,) the bounds of the bands, in radians per mesh unit: 2^(i / 3) for consecutive integers i.
         band_energies: (b,) the energy in each band, modes included; the last band includes all higher frequencies.
         energy: the energy of all frequencies together.
-        area: the area of the surface.
+        area: the area of the surface, up to 0.01 % too large.
     """
 
     frequencies: Floats

@@ -181,7 +181,7 @@ class Scan:
     output: Path
     overrides: tuple[str, ...]  # see `RequestedScan`
     recipe: Recipe  # the recipe of the batch with these overrides
-    label: str  # a short name, unique in the batch
+    label: str  # a short name, see `labels`
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:

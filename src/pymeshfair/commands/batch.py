@@ -72,7 +72,7 @@ def batch(
     if report:
         chosen.check_measured()
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
-    # Links are kept, as other machines know their names; they are resolved only if the path has "..".
+    # Symbolic links in the path stay, as other machines may know only them; a path with ".." is resolved.
     folder = output.resolve() if ".." in output.parts else output.absolute()
     settings = [setting.name for setting in template.recipe.script.settings]
     selected, dropped = without_outputs(expand(inputs, settings), folder)

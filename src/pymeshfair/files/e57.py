@@ -58,7 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
 
 
 class _Survey:
-    """The headers of the scans with points, and what `e57_survey` returns."""
+    """The scans that have points, found by `e57_survey`."""
 
     def __init__(self, file: Any) -> None:
         self._file = file

@@ -223,7 +223,7 @@ def _find_donors(
     """Returns (a,) the rim vertex nearest to each added vertex, (b,) a donor at the rim vertex nearest to each added centroid.
 
     Donors are the old faces in the (m,) mask `may_donate`. A patch of connected added faces gets the one of the (m,) `textures`
-    whose donors share the most vertices with it. The rim of a texture is all vertices that its donors share with its patches.
+    whose donors share the most vertices with it. The rim of a texture is the vertices of its donors that lie on its patches.
     For a patch without such vertices, or a vertex without faces, the rim is all vertices of donors. `old` counts old points.
     """
     patches, count = connected_components(added_faces, len(points))
@@ -272,7 +272,7 @@ def _continued_texture(
     is_used = mask_of(faces[donor_faces], old)
     nearest = np.searchsorted(donor_faces, donors)
     blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
-    # Three more coordinates are half the contrast of each channel: among similar faces, those of uniform colour are preferred.
+    # The search has six dimensions: colour, and half the contrast of each channel, so that uniform faces are preferred.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
     return np.asarray(centroids[donor_faces[chosen]])
