@@ -67,7 +67,7 @@ def test_longer_steps_are_refused_with_the_longest() -> None:
     """The bound is one over the largest number of neighbours; a longer step does leave the range, as the error says."""
     _, faces = wheel(7)
     assert longest_step(faces) == 1 / 7
-    with pytest.raises(UnstableStepError, match=r"step 0.143 may take values out of range: take at most 0.142857") as caught:
+    with pytest.raises(UnstableStepError, match=r"with step 0.143 values may leave their range: take at most 0.142857") as caught:
         perona_malik(np.arange(8.0), faces, step=0.143)
     assert caught.value.largest_stable == 1 / 7
     perona_malik(np.arange(8.0), faces, step=1 / 7)
