@@ -88,8 +88,8 @@ def bilaplacian_smoothing(
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         on_irregular: called if very uneven triangles make spikes or equations that cannot be solved. Then the components with
             spikes (or all) are smoothed by connectivity alone, see `evened_operator`; the argument is their number of vertices.
-        progress: called every few solver steps with the share that is done; may raise to stop. The share falls if components
-            are smoothed again, see `on_irregular`. At 100,000 vertices, up to 3 s may pass between two calls.
+        progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. At 100,000
+            vertices, up to 3 s may pass between two calls.
 
     Returns:
         (n, 3) float64. Fixed vertices keep every bit. The others have an error of about 1e-10 of the diagonal.
@@ -117,8 +117,9 @@ def bilaplacian_smoothing(
         # A border vertex has no closed star for a Laplacian: bending costs 0 there, except on an evened component's free border.
         bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
         quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
-        return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))
+        return quadratic.minimiser(start, prescribed, inside, diagonal, report)
 
+    report = rising(progress, 0.1, 1.0)  # for both solutions, so that the share does not fall
     edges = border_edges(triangles)
     at_border = mask_of(edges, len(start))
     displacement = np.zeros_like(start)
