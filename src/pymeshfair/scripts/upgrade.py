@@ -22,7 +22,7 @@ from .write import NOMINAL_EDGE
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes the default"
-_MISREAD = "today's MeshLab reads the old text as 0 or the default"
+_MISREAD = "today's MeshLab reads another value here: 0 or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that were new and selected; now on the whole mesh"
