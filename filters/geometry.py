@@ -67,7 +67,7 @@ def squared_length(points: Floats, a: int, b: int) -> float:
 
 @compiled
 def angle_at(points: Floats, a: int, b: int, c: int) -> float:
-    """The angle at a between b and c, from 0 to pi; 0 if two points coincide."""
+    """The angle at a between b and c, from 0 to pi; 0 or pi if two points coincide."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     nx, ny, nz = cross_product(points, a, b, c)
@@ -93,7 +93,7 @@ def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, f
 
 
 def angles_between(first: Floats, second: Floats) -> Floats:
-    """(k,) the angles between two sets of (k, 3) vectors of any length, in radians from 0 to pi; 0 if one vector is 0.
+    """(k,) the angles between two sets of (k, 3) vectors of any length, in radians from 0 to pi; 0 or pi if one vector is 0.
 
     They come from the arc tangent, since the arc cosine loses digits of small angles.
     """
@@ -102,7 +102,7 @@ def angles_between(first: Floats, second: Floats) -> Floats:
 
 
 def corner_angles(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) the angle of every face at each of its vertices, in radians; 0 if two of these vertices coincide."""
+    """(m, 3) the angle of every face at each of its vertices, in radians; 0 or pi if two of these vertices coincide."""
     angles = np.empty(faces.shape)
     _fill_corner_angles(np.ascontiguousarray(vertices, dtype=np.float64), faces, angles)
     return angles
@@ -139,7 +139,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the lengths of (e, 2) edges, also if their squares overflow or underflow; far below the longest, 0."""
+    """(e,) the lengths of (e, 2) edges, in any unit. An edge whose length is far below the longest may get 0."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure_edges, len(pairs), points, ends, lengths)
@@ -155,7 +155,7 @@ def _measure_edges(vertices: Floats, pairs: Ints, lengths: Floats, first: int, l
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the lengths of (n, 3) vectors, also if their squares overflow or underflow; far below the longest, 0."""
+    """(n,) the lengths of (n, 3) vectors, in any unit. A vector whose length is far below the longest may get 0."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
@@ -345,7 +345,7 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
             square += normals[f, d] * normals[f, d]
-        away[f] = product < -1e-9 * square  # not 0: of faces that are there both ways round only rounding errors are left
+        away[f] = product < -1e-9 * square  # below 0: normals of duplicate, opposite faces cancel but for rounding
 
 
 class WalkableSurface(NamedTuple):
@@ -371,8 +371,8 @@ class WalkableSurface(NamedTuple):
     def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
         """Returns the (q, 3) points nearest to the queries, (q,) their faces, and (q,) the distances.
 
-        Each walk starts at a face of `start` and steps to the nearest face that shares a vertex, until no such face is nearer or
-        the distance is at most `enough`. So a walk stays on one sheet, and another sheet of the surface may be nearer.
+        Each walk starts at a face of `start` and steps to the nearest face that shares a vertex, until no such face is nearer,
+        the distance is at most `enough`, or 64 steps are done. It stays on one sheet; another sheet of the surface may be nearer.
         """
         nearest, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))

@@ -25,12 +25,12 @@ NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
-#: best. 9 of 10 sure choices are within 5 % of the best; 3 of 4 without the limit on rivals; half at correlations of 0.05 to 0.1.
+#: best. Within 5 % of the best are 9 of 10 sure choices, 3 of 4 without the limit on rivals, half at correlations above 0.05.
 SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
-#: Two noise levels differ if their ratio is larger than this. Filters that remove details err by at least 1.22 times the noise
-#: level, others by up to 1.18 times. In uneven noise the residuals of neighbours of outliers are at least 1.2 times the others.
+#: Two levels differ if their ratio is larger than this. The prediction error of filters that remove details is at least 1.22
+#: times the noise level, that of others up to 1.18 times. In uneven noise outliers have neighbours with 1.2 times the residuals.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
@@ -40,7 +40,7 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: Share of outliers: impulse noise has more than this, uneven noise over half of this, Gaussian up to 0.003, clean meshes 0.007.
+#: More outliers than this share are impulse noise; from half of it they may be uneven noise. Gaussian noise has up to 0.003.
 IMPULSIVE = 0.01
 #: The residual of an outlier exceeds this multiple of two values: the standard deviation, and the median in its two rings.
 STANDS_OUT = 3.0

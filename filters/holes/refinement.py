@@ -136,7 +136,7 @@ def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
 
 @compiled
 def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
-    """Flips edges in place until `_is_better` holds for no allowed flip; `across` is `faces_across`, -1 at the rim."""
+    """Flips edges in place until no allowed flip `_is_better`, in at most `_MOST_SWEEPS` sweeps; `across` is -1 at the rim."""
     for _ in range(_MOST_SWEEPS):
         flips = 0
         for t in range(triangles.shape[0]):

@@ -188,7 +188,12 @@ def _show_rows(summary: Summary, task: Task) -> None:
     if len(shown) < len(summary.rows):
         typer.echo(f"  and {len(summary.rows) - len(shown):,} with better results; batch.csv lists all")
     counts = summary.counts
-    others = {"resumed": "of them before", "broken": "written although they broke a limit", "failed": "failed", "left": "left"}
+    others = {
+        "resumed": "of them before this batch",
+        "broken": "written although they broke a limit",
+        "failed": "failed",
+        "left": "left",
+    }
     words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
     words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")

@@ -58,7 +58,7 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
 
 
 class _Survey:
-    """The scans that have points, found by `e57_survey`."""
+    """The scans of an open file that have points, and their fields."""
 
     def __init__(self, file: Any) -> None:
         self._file = file

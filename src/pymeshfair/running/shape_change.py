@@ -27,8 +27,8 @@ from .suitability import ERASED
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share, also without noise
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller is milder; a gain near 1 is
-_WHOLE = 0.25  # a mesh was moved as a whole if that leaves this share of the median displacement
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller, a gain if nearer 1
+_WHOLE = 0.25  # a mesh was moved as a whole if carrying it back leaves less than this share of the median displacement
 _LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
