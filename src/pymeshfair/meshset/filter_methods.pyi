@@ -1248,8 +1248,8 @@ class FilterMethods(metaclass=LateMethods):
 
         A surface is a sum of waves, the modes of its Laplace-Beltrami operator. The filter multiplies each mode by a factor
         that depends only on its wavelength. The centroids of components stay, and open borders become as smooth as the surface.
-        Returns the method that ran (route), the number of modes or the degree of the polynomial, the wavelength at the cutoff,
-        and an error estimate in mesh units.
+        Returns the method that ran (route), the number of modes or the degree of the polynomial or rational function, the
+        wavelength at the cutoff, and an error estimate in mesh units.
 
         Args:
             response: 'low_pass' removes waves shorter than the detail size. 'enhance' multiplies the waves from the detail size

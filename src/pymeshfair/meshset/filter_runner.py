@@ -26,7 +26,7 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Applies filters of MeshLab and of plugins; steps name layers by their ids in scripts, see `Workbench.without_helpers`."""
+    """Applies filters of MeshLab and of plugins; layer ids in its steps skip helper layers, see `Workbench.without_helpers`."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench

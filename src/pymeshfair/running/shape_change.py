@@ -24,7 +24,7 @@ from ..places import distance_unit, point_text
 from ..scripts.script import Step
 from .suitability import ERASED
 
-LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box changes by more than this share, also without noise
+LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box, with noise and without, changes by more than this share
 #: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller, a gain if nearer 1
