@@ -46,7 +46,7 @@ IMPULSIVE = 0.01
 STANDS_OUT = 3.0
 
 # Correlated noise.
-#: The mean of the unit face normals of a depth map is longer than this: 0.5 and more for noisy maps.
+#: The area-weighted mean of the face normals of a depth map is longer than this: 0.5 and more for noisy maps.
 FACING = 0.4
 #: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens angle up to 45 degrees); others 0.6.
 ON_LINES = 0.75

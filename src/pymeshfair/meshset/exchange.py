@@ -33,7 +33,7 @@ class Arrays:
     vertices: Floats  # (n, 3) coordinates
     faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))  # (m, 3) triangles
     edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))  # (k, 2) edges that belong to no face
-    normals: Floats | None = None  # (n, 3) of the vertices; None to compute them from the faces
+    normals: Floats | None = None  # (n, 3) of the vertices, or None; with faces MeshLab computes its own
     colors: Floats | None = None  # (n, 4) of the vertices, from 0 to 1
     face_colors: Floats | None = None  # (m, 4)
     uv: Floats | None = None  # (n, 2) texture coordinates of the vertices
