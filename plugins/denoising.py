@@ -16,7 +16,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
-from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adjacency, referenced_vertices
+from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adjacency, faces_across, referenced_vertices
 
 from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
@@ -256,10 +256,7 @@ def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
     if after == 0:
         return ()
     slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER))
-    pairs, shared = face_adjacency(layer.faces)
-    u, v = shared.T
-    first, second = (np.roll(faces, -1, axis=1)[faces == u[:, None]] == v for faces in map(layer.faces.__getitem__, pairs.T))
-    turned = np.count_nonzero(first == second)  # both faces of such an edge go from u to v, or both from v to u
+    turned = len(face_adjacency(layer.faces)[0]) - np.count_nonzero(faces_across(layer.faces) >= 0) // 2
     why = (
         f"{slivers:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",
         f"{turned:,} edges join faces that are oriented differently: run Re-Orient all faces coherently first",

@@ -79,8 +79,8 @@ def compare(
         if len(read.mesh.edges) and not len(read.mesh.faces):
             what = "it has edges and no faces: its vertices are compared, not its edges, so equal curves may have a distance"
             warnings.append(f"{read.path.name}: {what}")
-    charts = {plane: section_chart([read.mesh for read in meshes], plane, unit) for plane in planes}
-    for plane in [plane for plane in planes if charts[plane] is None]:
+    charts = [(plane, section_chart([read.mesh for read in meshes], plane, unit)) for plane in planes]
+    for plane in [plane for plane, chart in charts if chart is None]:
         along = [corner[plane.axis] for read in meshes for corner in bounding_box(read.mesh.vertices)]
         reach = f"{point_text([min(along)])} to {point_text([max(along)])} along {'xyz'[plane.axis]}"
         warnings.append(f"the report has no section {plane}, which cuts no face: BEFORE and AFTER reach from {reach}")
@@ -108,7 +108,7 @@ def compare(
             up=up or "y",
             warnings=warnings,
             limits=ends,
-            sections=[chart for plane in planes if (chart := charts[plane]) is not None],
+            sections=[chart for _, chart in charts if chart is not None],
             unit=unit,
         )
         write_file(report, page, overwrite=overwrite)

@@ -322,10 +322,19 @@ def _moved(origins: Origins, edge: float | None) -> Moved | None:
     largest = float(distances[furthest])
     shares = distances / (largest or 1.0)  # scaled, so that no sum overflows
     mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
-    moved, most, vertex = int(np.count_nonzero(distances)), float(np.quantile(distances, 0.99)), int(vertices[furthest])
-    place = tuple(origins.result.vertices[vertex].tolist())
-    edges, mean_edges = (length / edge if edge else None for length in (largest, mean))
-    return Moved(origins.followed, len(distances), moved, mean, rms, most, largest, vertex, place, edges, mean_edges)
+    return Moved(
+        same=origins.followed,
+        count=len(distances),
+        moved=int(np.count_nonzero(distances)),
+        mean=mean,
+        rms=rms,
+        most=float(np.quantile(distances, 0.99)),
+        largest=largest,
+        vertex=int(vertices[furthest]),
+        place=tuple(origins.result.vertices[vertices[furthest]].tolist()),
+        edges=largest / edge if edge else None,
+        mean_edges=mean / edge if edge else None,
+    )
 
 
 def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, input_area: float | None) -> Part:
