@@ -72,8 +72,8 @@ class Laplacian:
 
     Attributes:
         stiffness: C, (n, n) scipy.sparse.csr_matrix float64, symmetric, negative semidefinite, with
-            C_ij = w_ij for an edge and C_ii = -sum_j w_ij, so that every row sums to 0. Indices are sorted; the diagonal
-            is stored, except, by "robust", of vertices without a face.
+            C_ij = w_ij for an edge and C_ii = -sum_j w_ij, so that every row sums to 0. Indices are sorted. The
+            diagonal is stored; only "robust" leaves it out at vertices without a face.
         mass: the diagonal of M, (n,) float64, not negative; 0 at a vertex without neighbours.
     """
 

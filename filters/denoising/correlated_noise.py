@@ -23,7 +23,7 @@ from .noise_level import AVERAGED, CLIP, FourthOrder, NoiseEstimate, is_designed
 from .rounding import Rounding, rounding_of
 from .scan import NONE_HELD, Scan
 
-# Widths and scales for `noise_field`: to detect shared noise; to fit it with one of three widths; and on solids if in doubt.
+# Widths and scales for `noise_field`: to detect shared noise; to fit it; and to fit it on solids where its presence is in doubt.
 _DETECT, _FIT = ((0, 2), (1, 4)), [((0, width), (1, 2, 4)) for width in (2, 3, 4)]
 _FIT_IN_DOUBT = [((0, width), (1, 2, 4, 8, 16), tuned.CALMEST, (16,)) for width in (1, 2, 3)]  # last: `surface` of `noise_field`
 # Widths, scales and `calmest` to fit the noise of fused maps. This noise is correlated over five edges or more. The calmest
@@ -96,8 +96,9 @@ def setting_by_balls(
     """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if that of `choice` leaves no shared noise.
 
     `choice`, made with held-out vertices, leaves such noise if four things hold. It predicts balls worse by more than two
-    standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result. The deciles of
-    local levels of the difference of both spread less than 1.2 times as much as for smoothed white noise. Most vertices count.
+    standard errors. The median angle between adjacent faces of its result is over 7 times that of the new result. The difference
+    between the two results is even: the square root of the ratio of the highest to the lowest decile of its local mean squares
+    is less than 1.2 times that of smoothed white noise. More than half of the vertices are scored.
     """
     pairs, _ = face_adjacency(scan.faces)
 
@@ -136,7 +137,7 @@ def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
-    """Whether the mesh is a depth map: its noise, measured by differences of fourth order, lies along the line of sight."""
+    """Whether the noise (differences of fourth order) lies mainly along one line, as in a depth map along the line of sight."""
     fourth = FourthOrder.of(faces, len(points))
     residuals = fourth.differences(points)[fourth.inner]
     squares = np.linalg.eigvalsh(residuals.T @ residuals)
@@ -180,7 +181,7 @@ def noise_field(
     The measure at a scale is the quantile `calmest` of local means of the clipped squared `_Scales.residuals`. White noise is
     smoothed by each width (a number of steps), scaled to variance 1, and measured in the same way. The variances are the
     non-negative weights with which the measures of the noises add up best to the measures of the surface. The widths `surface`
-    are fitted, too, but left out of the result: they stand for residuals of the surface.
+    are fitted, too, but left out of the result: they stand for the shape without noise.
     """
     nothing = NoiseField(np.zeros(len(widths)), np.zeros(len(scan.points)))
     if not scan.scored.any():

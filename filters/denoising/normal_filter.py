@@ -126,7 +126,7 @@ class Weighting(NamedTuple):
 
 def _scale(kernel: str, sigma: float) -> float:
     scale = math.sqrt(2.0) * sigma if kernel == "gaussian" else float(sigma)
-    # With a scale near 0 only equal normals, or equal centres, have a weight.
+    # The lower bound keeps squares of values over the scale finite.
     return max(scale, 1e-150)
 
 

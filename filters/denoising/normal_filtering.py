@@ -102,7 +102,7 @@ def filter_face_normals(
 ) -> Floats:
     """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as in `normal_filtering`.
 
-    A face without area gets the normal of its surroundings, or 0 if it has no neighbours.
+    A face without area gets the normal of its surroundings, or 0 if no neighbour has a weight.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -118,7 +118,7 @@ def filter_face_normals(
         filtered[adjacency.face_places] = permuted
     if len(filtered) == len(triangles):
         return filtered
-    # The normalised mesh omits faces with a vertex that only degenerate faces (which name a vertex twice) use.
+    # A vertex that only degenerate faces use (faces that name a vertex twice) is not in the normalised mesh, nor are these faces.
     normals = np.zeros((len(triangles), 3))
     normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
     return normals

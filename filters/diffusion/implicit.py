@@ -44,7 +44,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
 
     A wave of length l has the frequency omega = 2 pi / l. Each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
     t = (2^(1 / iterations) - 1) (l / 2 pi)^2. With `keep_dimensions` the factor is 1 - (1 - s) (1 - s^2)^2, and t is longer.
-    Valid on a surface that is smooth at this scale for the operators "cotangent" and "robust", on curves for "scale_dependent".
+    It holds for "cotangent" and "robust" on a surface that is smooth at this scale, and for "scale_dependent" on curves.
 
     Args:
         detail_size: l, in mesh units. Larger is smoother.

@@ -9,7 +9,7 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-#: rings of a ball. White noise averaged twice over one-rings correlates by 0.2 between the middle and the outside; 4 times: 0.4
+#: Rings of a ball. The middle and the outside have a correlation of 0.2 in white noise that was averaged twice over one-rings.
 BALL = 2
 # Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a mask, or the seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
@@ -38,9 +38,10 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings. Balls of one set do not touch.
+    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings.
 
-    A middle has the least number of all vertices within five edges; numbers are as in `held_out_vertices`, equal in a lattice.
+    A middle has the least random number within five edges, so the balls of a set do not touch, except in a regular lattice:
+    all its random numbers, made as in `held_out_vertices`, are equal.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T

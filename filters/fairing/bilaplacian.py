@@ -29,7 +29,7 @@ from .region import SurfaceOperator, evened_operator, surface_operator
 
 # Limits of the fourth root of the weight w, for a mesh of size 1: a weight outside them has the effect of 0 or of infinity.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
-# Up to `_FACTORISED` rows are factorised if the least feature weight (0 on a free border) is below `_EVEN` of the largest.
+# A matrix of up to `_FACTORISED` rows is factorised if its least feature weight (free border: 0) is below `_EVEN` x the largest.
 _EVEN, _FACTORISED = 0.05, 400_000
 # A root mean square error below this share of the diagonal of a component does not count.
 _ENOUGH = 1e-12

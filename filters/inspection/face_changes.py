@@ -63,7 +63,7 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
 
 
 def carried(points: Floats, source: Floats, target: Floats) -> Floats:
-    """(n, 3) points under the similarity, a reflection included, that takes (k, 3) `source` nearest to `target`; k at least 1."""
+    """Moves (n, 3) points by the similarity, maybe with a reflection, that takes (k, 3) `source` nearest to `target`; k >= 1."""
     (p, scale_p), (q, scale_q) = scaled_to_unit(source), scaled_to_unit(target)
     p, q = p - p[0], q - q[0]
     a, b = p.mean(axis=0), q.mean(axis=0)

@@ -17,9 +17,9 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: Bounds b above this multiple of the displacement x need not be measured: b tanh(x / b) is then at most 2.1 % below x.
+#: No thickness is searched whose bound b is above this multiple of the displacement u: b tanh(u / b) is within 2.1 % of u there.
 _BOUND = 4.0
-# The thickness is searched for as far as if every displacement were at least this share of the largest one.
+# Where displacements are below this share of the largest one, the thickness is searched for as far as at this share.
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12

@@ -202,7 +202,7 @@ def documents() -> Iterator[Case]:
     yield Case("entities.3mf", three_mf(model=f"{_SUBSET}<model/>"), "declares entities")
     yield Case("outside.3mf", three_mf(name="../3dmodel.model"), "leads out of the archive")
     yield Case("no_mesh.3mf", three_mf(model="<model/>"), "it builds no mesh")
-    yield Case("half.3mf", three_mf()[:-40], "no whole archive")
+    yield Case("half.3mf", three_mf()[:-40], "its archive cannot be read")
     yield Case("no_archive.3mf", b"<model/>", "does not begin with 'PK'")
     yield Case("honest.ptx", (_PTX + "1 2 3 0.5\n4 5 6 0.5\n").encode(), None, (2, 0))
     yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 positions in its grids have no")

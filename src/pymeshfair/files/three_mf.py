@@ -132,7 +132,7 @@ def read_3mf(path: Path, references: References) -> Reading:
     except ContentsError:
         raise
     except _BROKEN as error:
-        raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
+        raise ContentsError(f"its archive cannot be read ({str(error)[:80]})") from error
     extras = [f"its part {quoted(name)}" for name in sorted(reader.parts.keys() - reader.used)]
     unread = sum((model.unread for model in reader.models.values()), Counter[str]())
     extras += [f"{what} ({number:,})" for what, number in sorted(unread.items())]

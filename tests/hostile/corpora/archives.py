@@ -111,9 +111,9 @@ ROWS = (
     (
         "enc.3mf",
         (lambda b: b.replace(b"PK\x01\x02\x14\x03\x14\x00\x00\x00", b"PK\x01\x02\x14\x03\x14\x00\x01\x00"))(three_mf()),
-        "it is no whole archive (File <ZipInfo filename='_rels/.rels' compress_type=deflate filemode='?rw-------')",
+        "its archive cannot be read (File <ZipInfo filename='_rels/.rels' compress_type=deflate filemode='?rw-------')",
     ),
-    ("notzip.3mf", b"PK\x03\x04" + bytes(100), "it is no whole archive (File is not a zip file)"),
+    ("notzip.3mf", b"PK\x03\x04" + bytes(100), "its archive cannot be read (File is not a zip file)"),
     ("nomodel.3mf", _archive(_PARTS[:2]), "it holds no part '/3D/3dmodel.model'"),
     (
         "norels.3mf",
