@@ -15,7 +15,7 @@ import trimesh
 from pymeshfair.files.formats import attributes_of
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import Saved, save_mesh
-from pymeshfair.mesh_data import MeshData, Texture
+from pymeshfair.mesh_data import MeshData, Texture, moved
 
 from ..conformance.made_gltf import png
 from ..conformance.solids import POINTS, TRIANGLES
@@ -176,6 +176,15 @@ def test_glb_files_keep_the_rules_of_their_format(tmp_path: Path, name: str) -> 
     for image in document.get("images", ()):
         assert image["mimeType"] == "image/png"
     assert document["scenes"][document["scene"]]["nodes"] == [0]
+
+
+@pytest.mark.parametrize("suffix", ["glb", "obj", "ply"])
+def test_normals_follow_vertices_that_move(tmp_path: Path, suffix: str) -> None:
+    """A file with normals still has them after its vertices have moved: those of the new surface."""
+    path, _ = save(MESHES["normals"], tmp_path, f"a.{suffix}")
+    mesh = moved(read_file(path).mesh, POINTS * [1, 2, 3])
+    back = read_file(save(mesh, tmp_path, f"b.{suffix}")[0]).mesh
+    np.testing.assert_allclose(back.vertex_attributes["normals"], mesh.vertex_normals, atol=1e-6)
 
 
 def test_wedges_split_only_the_vertices_that_need_it(tmp_path: Path) -> None:
