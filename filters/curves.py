@@ -51,7 +51,7 @@ def curve_smoothing(
     Each iteration maps p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"). It
     multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the modes
     of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with k = 1 - cos(2 pi m / n).
-    So steps below 1 shrink the curve to its centroid, waves with m = 1 last (up to 0.5). Taubin steps keep the size of the curve.
+    So explicit steps below 1 shrink the curve to its centroid; up to 0.5, waves with m = 1 fade last. Taubin steps keep its size.
 
     A mesh may have any number of curves, and curves may branch. A duplicate edge counts once, an edge from a vertex to itself not
     at all. An edge of length 0 has the weight of an edge with a millionth of the mean length.

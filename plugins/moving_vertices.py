@@ -43,7 +43,7 @@ Iterations: TypeAlias = Annotated[int, Int(minimum=0, maximum=100_000, help="The
 _WAVES = "Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
 #: the wavelength at which a low-pass filter halves the amplitude, on meshes and on curves
 DETAIL_SIZE = Percentage(default="6edge", automatic=-1, help=_WAVES + "'auto' chooses the size for the noise of the mesh.")
-SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "For method 'implicit' with weights 'inverse_length'.")
+SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "Only for 'implicit' with weights 'inverse_length'.")
 
 
 def no_amount(layer: Layer, other: str) -> FilterInputError:

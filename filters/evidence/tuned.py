@@ -25,12 +25,12 @@ NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
 #: A choice is sure if residuals correlate by less than `SURE` and at most `RIVALS` settings are within two standard errors of the
-#: best. Within 5 % of the best are 9 of 10 sure choices, 3 of 4 without the limit on rivals, half at correlations above 0.05.
+#: best. 9 of 10 sure choices are within 5 % of the least mean angle; without the limit on rivals 3 of 4, above `SURE` half.
 SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
 #: Two levels differ if their ratio is larger than this. The prediction error of filters that remove details is at least 1.22
-#: times the noise level, that of others up to 1.18 times. In uneven noise outliers have neighbours with 1.2 times the residuals.
+#: times the noise level, that of others up to 1.18 times. In uneven noise, residuals beside outliers are 1.2 times as large.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
@@ -40,7 +40,7 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: More outliers than this share are impulse noise; from half of it they may be uneven noise. Gaussian noise has up to 0.003.
+#: Uneven noise has more outliers than half of this share of the vertices, impulse noise more than it. Gaussian noise has 0.003.
 IMPULSIVE = 0.01
 #: The residual of an outlier exceeds this multiple of two values: the standard deviation, and the median in its two rings.
 STANDS_OUT = 3.0
@@ -54,10 +54,10 @@ ON_LINES = 0.75
 CUT_OFF = 0.06
 #: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
 INDEPENDENT = 0.02
-#: Shared noise on solids is in doubt if `fall_of_growth` is between this and 1. Clean scans have up to 0.94, one of 139 has 0.97;
-#: noise that is averaged once over a vertex and its neighbours has 0.92 and more.
+#: On solids it is doubtful whether there is correlated noise if `fall_of_growth` is between this and 1. Clean scans have up to
+#: 0.94, one of 139 has 0.97; noise that is averaged once over a vertex and its neighbours has 0.92 and more.
 IN_DOUBT = 0.95
-#: At least this share of faces is perpendicular to an axis of rounding: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
+#: Rounding makes at least this share of faces perpendicular to its axis: 3 % with steps of 1/3 edge, 80 % with steps of 1 edge.
 FLUSH = 0.01
 #: Undoing rounding leaves less than this share of the noise's variance in smooth depth maps, 0.02 or more in maps with relief.
 UNDONE = 0.01

@@ -422,7 +422,7 @@ def test_an_attribute_that_hides_a_variable_of_meshlab_stops_an_addition_before_
     """A custom attribute called as what the expressions ask for is named, and the mesh stays as it was."""
     meshes = named(name, element, "scalar")
     before = everything(meshes)
-    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}: .* no words of its expressions"):
+    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}: .* no variable or constant of its expressions"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
 

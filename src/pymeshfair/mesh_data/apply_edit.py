@@ -223,7 +223,7 @@ def _find_donors(
     """Returns (a,) the rim vertex nearest to each added vertex, (b,) a donor at the rim vertex nearest to each added centroid.
 
     Donors are the old faces in the (m,) mask `may_donate`. A patch of connected added faces gets the one of the (m,) `textures`
-    whose donors share the most vertices with it. The rim of a texture is the vertices of its donors that lie on its patches.
+    whose donors share the most vertices with it. A texture's rim: the vertices where its donors meet the patches that get it.
     For a patch without such vertices, or a vertex without faces, the rim is all vertices of donors. `old` counts old points.
     """
     patches, count = connected_components(added_faces, len(points))

@@ -51,7 +51,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeshData:
-    """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes a new mesh.
+    """A mesh: n vertices, m triangles, e edges of polylines. Its coordinates, cells and attributes are read-only.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -62,7 +62,7 @@ class MeshData:
         face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
             ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) one number
             for all triangles of a polygon, -1 for a single triangle; any other name is a custom attribute.
-        keeps_normals: whether files of a mesh with faces get vertex normals, which are computed anew after a move of vertices.
+        keeps_normals: whether files of a mesh with faces get vertex normals. After vertices move these are computed anew.
         textures: the images; ``texture`` is an index into them.
         matrix: (4, 4) transformation of the coordinates, None for the identity. A run applies it before it writes a file.
         label: the name of the layer.
@@ -208,7 +208,7 @@ class MeshData:
         extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)
         with np.errstate(over="ignore", under="ignore"):
             diagonal = float(np.linalg.norm(extent))
-        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # squares of other lengths overflow or underflow
+        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # other squares may overflow or underflow
 
     @cached_property
     def mean_edge(self) -> float:

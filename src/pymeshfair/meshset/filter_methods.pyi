@@ -698,8 +698,8 @@ class FilterMethods(metaclass=LateMethods):
             weights: 'inverse_length': near neighbours pull more, so that uneven sampling is kept and straight parts do not
                 move. 'uniform': all neighbours pull equally, which evens out the distances along the curve.
             detail_size: Waves of this length keep half their amplitude: smaller details vanish, larger ones stay. Larger is
-                smoother. For method 'implicit' with weights 'inverse_length'. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                smoother. Only for 'implicit' with weights 'inverse_length'. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
             time_step: For 'implicit': the strength of one iteration, a pure number; uniform weights need it. Larger is
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.

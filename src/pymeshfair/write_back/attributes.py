@@ -205,8 +205,8 @@ def check_names(bench: Workbench, mesh: Any) -> None:
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             raise MeshError(
                 f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
-                "MeshLab computes with names of the letters a to z, digits and _ that do not begin with a digit, and are "
-                "no words of its expressions; save the mesh without the attribute, or rename the attribute"
+                "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
+                "constant of its expressions; save the mesh without the attribute, or rename the attribute"
             )
 
 
