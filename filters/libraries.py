@@ -49,27 +49,25 @@ _limits: list[Any] = []  # the one limit of the process, repeated for each open 
 def one_blas_thread() -> Iterator[None]:
     """Context in which matrix products use one thread, since their bits depend on the number of threads."""
     blas.dgemm  # noqa: B018 - loads scipy's library now; the limit does not affect libraries loaded later
-    with _lock:
+    with _lock, _in_control():
         _limits.append(_limits[0] if _limits else threadpoolctl.threadpool_limits(limits=1, user_api="blas"))
     try:
         yield
     finally:
-        with _lock:
+        with _lock, _in_control():
             limit = _limits.pop()
             if not _limits:
                 limit.restore_original_limits()
 
 
-__all__ = [
-    "ImportedWhenUsed",
-    "blas",
-    "fft",
-    "linalg",
-    "one_blas_thread",
-    "optimize",
-    "robust_laplacian",
-    "sparse",
-    "spatial",
-    "special",
-    "threadpoolctl",
-]
+@contextmanager
+def _in_control() -> Iterator[None]:
+    """Context in which this thread may set limits: since 3.8 threadpoolctl ignores all threads but the first that sets one."""
+    release = getattr(threadpoolctl.OpenBLASController, "clear_controlling_thread", lambda force: None)
+    release(force=True)
+    yield
+    release(force=True)
+
+
+__all__ = ["ImportedWhenUsed", "one_blas_thread", "robust_laplacian", "threadpoolctl"]
+__all__ += ["blas", "fft", "linalg", "optimize", "sparse", "spatial", "special"]

@@ -330,21 +330,22 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
 
     The first ball touches the place p with normal n; its radius r is the diagonal of the bounding box, its centre c = p - r n.
     While the surface has a place q nearer to c than r, a ball through p and q replaces the ball, r = |p - q|^2 / (2 n . (p - q)).
-    The thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`). The mesh needs at least one
-    face, and all faces must look outwards. There are about `count` places; a mesh of many faces has up to 2 `count`.
+    The thickness is the diameter of the last ball whose q lies on an opposite wall (`LEAST_ANGLE`). All faces must look outwards.
+    There are about `count` places; a mesh of many faces has up to 2 `count`.
 
     Raises:
-        FilterInputError: not a mesh.
+        FilterInputError: not a mesh, or one without faces.
     """
     points, triangles = check_mesh(vertices, faces)
+    if not len(triangles):
+        raise FilterInputError("the mesh has no triangles: only a surface has walls")
     surface = Surface.of(points, triangles)
     samples, areas = face_samples(points, triangles, count)
     step = -(-len(samples) // (2 * count))
     places = sample_places(points, triangles, samples, np.arange(0, len(samples), step))
     face_normal = face_normals(points, triangles)
     normals = face_normal[samples[::step]]
-    radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
-    thickness = np.full(len(normals), np.inf)
+    radii, thickness = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0)))), np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_BALLS):
         to_place = radii[active, None] * normals[active]

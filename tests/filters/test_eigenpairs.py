@@ -299,6 +299,26 @@ def test_blas_has_one_thread_until_the_last_context_is_left() -> None:
         assert (inside, counts()) == ({1}, {2})
 
 
+def test_blas_has_one_thread_in_a_second_thread_of_a_program() -> None:
+    """Whichever thread of a program has set limits before, in the context the libraries have one thread, and two afterwards."""
+
+    def counts() -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    def in_context() -> None:
+        with one_blas_thread():
+            inside.append(counts())
+
+    inside: list[set[int]] = []
+    with threadpool_limits(2, "blas"):
+        for _ in range(2):
+            worker = threading.Thread(target=in_context)
+            worker.start()
+            worker.join()
+            in_context()
+        assert (inside, counts()) == ([{1}] * 4, {2})
+
+
 @pytest.mark.slow
 def test_an_interrupted_solve_stops_within_a_second_and_leaves_nothing() -> None:
     """Raised from `progress` at any time, the exception comes out within a second, and soon no thread of ours is left."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.inspection import wall_thickness
 from tests.meshes import icosphere
 
@@ -37,3 +38,9 @@ def test_the_thickness_scales_and_the_place_does_not_matter() -> None:
     vertices, faces = box(3.0, 2.0, 0.5)
     here, there = wall_thickness(vertices, faces, count=300), wall_thickness(25.4 * vertices + 1e5, faces, count=300)
     np.testing.assert_allclose(there.values, 25.4 * here.values, rtol=1e-6)
+
+
+def test_a_cloud_has_no_walls() -> None:
+    """Points without faces are refused in words."""
+    with pytest.raises(FilterInputError, match="no triangles"):
+        wall_thickness(box(3.0, 2.0, 0.5)[0], np.empty((0, 3), np.int32))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import locale
 import logging
 import pickle
 import subprocess
@@ -408,3 +409,17 @@ def test_the_handle_of_a_mesh_stays_good() -> None:
     before = handle.vertex_matrix()
     meshes.apply_step(shift(distance="1"))
     assert same(handle.vertex_matrix(), before + np.array([1.0, 0.0, 0.0]))
+
+
+def test_a_3mf_file_leaves_the_locale_of_the_program(tmp_path: Path) -> None:
+    """MeshLab's library sets the locale "C" for the whole process, after which Python reads texts as ASCII."""
+    kept = locale.setlocale(locale.LC_ALL)
+    try:
+        locale.setlocale(locale.LC_ALL, "C.UTF-8")
+        meshes = MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(*icosphere(1)))
+        meshes.save_current_mesh(str(tmp_path / "ball.3mf"))
+        meshes.load_new_mesh(str(tmp_path / "ball.3mf"))
+        assert locale.setlocale(locale.LC_ALL) == "C.UTF-8"
+    finally:
+        locale.setlocale(locale.LC_ALL, kept)

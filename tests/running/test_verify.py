@@ -63,6 +63,22 @@ def test_an_output_is_made_again_to_the_byte(made: Path) -> None:
     assert document(done.stdout)["verdict"] == "identical"
 
 
+def test_an_output_is_made_again_where_it_was_moved_with_its_input(tmp_path: Path) -> None:
+    """As on another machine: the folders are others, the input lies to the output as it did, and a note names it."""
+    for folder in ("scans", "clean"):
+        (tmp_path / "here" / folder).mkdir(parents=True)
+    shutil.copy(BONE, tmp_path / "here/scans/scan.ply")
+    run_job(Job(load_recipe("smooth_taubin"), tmp_path / "here/scans/scan.ply", tmp_path / "here/clean/out.ply"))
+    moved = (tmp_path / "here").rename(tmp_path / "there")
+    found = verify_output(moved / "clean/out.ply")
+    assert (found.verdict, found.notes[:1]) == (
+        "identical",
+        (f"the input is {moved / 'scans/scan.ply'}, which was moved or copied together with the output",),
+    )
+    (moved / "scans/scan.ply").write_bytes(BONE.read_bytes() + b"\n")
+    assert verify_output(moved / "clean/out.ply").verdict == "input changed"
+
+
 def _change(name: str, text: str) -> Callable[[Path], None]:
     def change(folder: Path) -> None:
         with (folder / name).open("a") as file:

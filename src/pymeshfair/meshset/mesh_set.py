@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import locale
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -176,17 +177,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def _exported(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         arrays = exchange.of_meshlab(self.current_mesh(), self._bench)
-        result = make(arrays)
         self._filters.note(arrays.lost)
-        return result
+        return make(arrays)
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Saves the current mesh as pymeshlab does; a note warns of edges, which MeshLab writes into .obj files alone."""
         _locked(self, BASE.save_current_mesh, file_name, *args, **kwargs)
-        edges = self.current_mesh().edge_number()
-        if edges and not str(file_name).lower().endswith(".obj"):
-            text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; an .obj file keeps them"
-            self._filters.note([text])
+        if (edges := self.current_mesh().edge_number()) and not str(file_name).lower().endswith(".obj"):
+            lost = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; an .obj file keeps them"
+            self._filters.note([lost])
 
     def clear(self) -> None:
         """Removes all layers; keeps the filter script."""
@@ -220,12 +219,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
     """Calls a method of pymeshlab that reads or writes files or makes layers, in one thread at a time."""
     with MESHLAB:
+        kept = locale.setlocale(locale.LC_ALL)  # MeshLab's library for .3mf files sets "C", so that Python opens texts as ASCII
         try:
             return original(meshes, *args, **kwargs)
         except Exception:
             if meshes._bench.verbose:
                 after_failure(meshes, verbose=True)
             raise
+        finally:
+            locale.setlocale(locale.LC_ALL, kept)
 
 
 def _locking(name: str) -> Callable[..., Any]:

@@ -1,6 +1,7 @@
 """Repeats a run from its provenance, and compares the outputs."""
 
 import hashlib
+import os
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -93,10 +94,14 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     names = [Path(entry["path"]).name for entry in entries]
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
         return Verification("output changed", changed)
-    source = record["input"]
-    read = [source, *source.get("others", ())]
+    read = [record["input"], *record["input"].get("others", ())]
     entries = [*read, *(side for entry in read for side in entry.get("side_files", ()))]
-    if changed := tuple(_changed([Path(entry["path"]) for entry in entries], entries)):
+    paths, was, there = [Path(entry["path"]) for entry in entries], Path(record["output"]["path"]).parent, ""
+    if not all(map(Path.is_file, paths)):
+        together = [Path(os.path.normpath(output.parent / os.path.relpath(path, was))) for path in paths]
+        if all(map(Path.is_file, together)):
+            paths, there = together, f"the input is {together[0]}, which was moved or copied together with the output"
+    if changed := tuple(_changed(paths, entries)):
         return Verification("input changed", changed)
     recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
@@ -104,9 +109,9 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     now, options = versions(), record.get("options", {})
     job = Job(
         recipe,
-        Path(source["path"]),
+        paths[0],
         folder / names[0],
-        others=tuple(Path(other["path"]) for other in source.get("others", ())),
+        others=tuple(paths[1 : len(read)]),
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
         **{name: options[name] for name in ("allow_outside", "unchecked", "own_texture_names", "unit") if name in options},
@@ -115,10 +120,9 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     _occupy(names[1:], job.output)
     tolerances, filters = table("unrepeatable")["apart"], [step.filter.python_name for step in recipe.script.steps]
     unrepeatable = {name: tolerances[name] for name in filters if name in tolerances}
-    recorded_versions = record["versions"].items()
-    changes = [f"{name} was {version}, and is {now.get(name)}" for name, version in recorded_versions if version != now.get(name)]
+    changes = [f"{name} was {old}, and is {now.get(name)}" for name, old in record["versions"].items() if old != now.get(name)]
     renamed = "" if output.name == names[0] else f"the run wrote it as {names[0]}"
-    return _Plan(job, names, unrepeatable, changes, [text for text in (differs, source_of_recipe, renamed) if text])
+    return _Plan(job, names, unrepeatable, changes, [text for text in (differs, source_of_recipe, there, renamed) if text])
 
 
 def _compared(output: Path, record: Mapping[str, Any], plan: _Plan) -> Verification:
@@ -154,15 +158,13 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
         return recipe, "the recipe was not in a file: --recorded repeats the run with the one in the provenance", ""
     file = Path(entry["file"])
     shipped = load_recipe(name) if name in (*shipped_recipes(), *shipped_recipes(superseded=True)) else None
-    is_file = file.is_file()
     # The file may be of an installation that is not on this computer.
-    may_be_shipped = not is_file and file.parent.name in ("mlx_scripts", "superseded")
+    may_be_shipped = not file.is_file() and file.parent.name in ("mlx_scripts", "superseded")
     is_ours = shipped is not None and (file == shipped.script.path or may_be_shipped)
-    if not is_ours and not is_file:
+    if not is_ours and not file.is_file():
         return recipe, f"the recipe's file {file} is not there any more", ""
     try:
-        source = shipped if is_ours and shipped is not None else load_recipe(file, upgrade=True)
-        now = source.override(tuple(entry["overrides"])).text
+        now = (shipped if is_ours and shipped else load_recipe(file, upgrade=True)).override(tuple(entry["overrides"])).text
     except PymeshfairError as error:
         return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
     differs = "" if now == text else f"the recipe's file {file} says something else than when it was run"
