@@ -405,6 +405,20 @@ def test_a_vertex_beyond_all_measure_is_named(tmp_path: Path) -> None:
         state_of(read_mesh(tmp_path / "far.obj"))
 
 
+@pytest.mark.parametrize("align", [(), ("--align",)])
+def test_coordinates_whose_areas_overflow_are_named_with_their_file(tmp_path: Path, align: tuple[str, ...]) -> None:
+    """Spheres of 1e80 are refused in one sentence with the file, the size and the advice; spheres of 1e75 are compared."""
+    vertices, faces = icosphere(1)
+    corners = "".join("f {} {} {}\n".format(*face) for face in faces + 1)
+    for name, size in (("huge.obj", 1e80), ("large.obj", 1e75)):
+        (tmp_path / name).write_text("".join("v {!r} {!r} {!r}\n".format(*v) for v in (size * vertices).tolist()) + corners)
+    refused = invoke("compare", *align, tmp_path / "large.obj", tmp_path / "huge.obj")
+    assert refused.exit_code == 1
+    told = "huge.obj: a coordinate is 1e+80 in size; areas and distances are computed up to 1e+76: scale the mesh down first"
+    assert told in " ".join(refused.stderr.split())
+    assert invoke("compare", tmp_path / "large.obj", tmp_path / "large.obj").exit_code == 0
+
+
 def test_the_areas_that_are_not_listed_are_counted(tmp_path: Path) -> None:
     """Of 30 points out of tolerance the table has 20, and a line says so; of 20 points it has all."""
     line = np.column_stack([np.arange(30.0), np.zeros((30, 2))])

@@ -128,8 +128,11 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     from ..errors import MeshError
     from ..filters.inspection import Surface, align
     from ..filters.mesh import bounding_box
+    from ..looking.comparison import check_size
     from ..mesh_data import moved
 
+    for read in (before, after):
+        check_size(read)
     if not len(before.mesh.faces):
         raise MeshError(f"{before.path.name} has no faces, which --align needs")
     (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
