@@ -66,9 +66,9 @@ def check_size(read: ReadMesh) -> None:
 
 def state_of(read: ReadMesh) -> MeshState:
     """Measures a mesh; raises `FilterInputError` if a vertex is so far away that the edges between the others lose digits."""
-    check_size(read)
     mesh = read.mesh
     normalised_mesh(mesh.vertices, mesh.faces).check_far()
+    check_size(read)
     # Relative to the mean vertex, since coordinates are squared below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
