@@ -111,12 +111,14 @@ class Plane:
 def outline(mesh: MeshData, plane: Plane) -> Floats:
     """(s, 2, 2) the segments where a plane cuts the faces of a mesh, in the coordinates of the other two axes.
 
-    A vertex in the plane counts as above it, so that every face has at most one segment.
+    A vertex in the plane counts as above it, so that every face has at most one segment; if then no face is cut, as below it.
     """
     heights = mesh.vertices[:, plane.axis] - plane.value
-    above = heights[mesh.faces] >= 0.0
-    cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
-    up = heights[cut] >= 0.0
+    for above in (heights >= 0.0, heights > 0.0):
+        corners_above = above[mesh.faces].sum(axis=1)
+        if len(cut := mesh.faces[(corners_above > 0) & (corners_above < 3)]):
+            break
+    up = above[cut]
     # The corner that is alone on its side comes first: the plane cuts its two edges.
     alone = np.where(up.sum(axis=1) == 1, up.argmax(axis=1), (~up).argmax(axis=1))
     first, *others = (cut[np.arange(len(cut)), (alone + k) % 3] for k in range(3))
