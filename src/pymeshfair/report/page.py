@@ -216,10 +216,10 @@ class SectionChart:
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None) -> SectionChart | None:
-    """The section of two meshes; None if the plane cuts neither."""
+    """The section of two meshes; None if the plane cuts neither, or touches them at a point."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
-    if not len(points):
+    if not len(np.unique(points, axis=0)) > 1:
         return None
     low, high = points.min(axis=0), points.max(axis=0)
     room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
