@@ -1,5 +1,6 @@
 """Filters that select points: outliers, stray points, surplus points, vertices far from a cloud."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
 
@@ -57,7 +58,10 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected = probabilities > threshold
     kind = f"outliers with a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
-    return _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
+    edit = _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
+    if layer.has_vertex_scalars and layer.vertex_scalars.any():
+        edit = replace(edit, notes=(*edit.notes, "the outlier probabilities replace the vertex scalars of the mesh"))
+    return edit
 
 
 @point_selection(name="Select Stray Points")

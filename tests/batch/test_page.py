@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pymeshfair.batch.outcomes import Outcome, Summary
 from pymeshfair.batch.page import warning_kinds, write_page
+from pymeshfair.files.errors import InputError
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 
@@ -45,3 +46,19 @@ def test_pages_that_were_drawn_are_linked(tmp_path: Path) -> None:
     page = write_page(tmp_path, summary, {outputs[0]: "", outputs[3]: "", outputs[1]: "no room"}).read_text("utf-8")
     assert re.findall(r'<a href="reports/(.*?).ply.html', page) == ["03", "00"]
     assert page.count("no page: no room") == 1
+
+
+def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wrote(tmp_path: Path) -> None:
+    """Errors keep the names of files; scans written by an earlier batch count neither as the work nor as the time of this one."""
+    summary = summary_of(tmp_path, 3)
+    first, second, third = (replace(outcome, resumed=True) for outcome in summary.outcomes)
+    failed = Outcome.of_error(Path("/in/03.ply"), tmp_path / "03.ply", InputError(Path("/in/03.ply"), "it is empty"), 1.0, "")
+    outcomes = (first, second, replace(third, status="broken"), failed)
+    page = write_page(tmp_path, replace(summary, outcomes=outcomes, planned=4), {first.output: f"{tmp_path}/reports is full"})
+    text = page.read_text("utf-8")
+    for folder in (str(tmp_path), "/in/", "20 s"):
+        assert folder not in text
+    for words in ("cannot read 03.ply: it is empty", "no page: reports is full", "2 of 4 scans were done."):
+        assert words in text
+    lines = "1 were written although they break a limit.", "3 of these were written by an earlier batch.", "1 failed."
+    assert [text.index(line) for line in lines] == sorted(text.index(line) for line in lines)

@@ -184,6 +184,17 @@ def test_a_typed_unit_is_that_of_the_first_file(command: str, sphere: Callable[[
     assert (words in other.stderr, same.stderr) == (True, "")
 
 
+def test_comparing_with_a_file_without_a_unit_says_what_is_assumed(sphere: Callable[[str], Path]) -> None:
+    """Either file may say no unit: a warning says that the other's is assumed; none if both say none, or with --unit."""
+    metres, silent = sphere("m"), sphere("")
+    told = [
+        " ".join(invoke("compare", *files, "--no-self-intersections").stderr.split())
+        for files in ((metres, silent), (silent, metres), (silent, silent), (metres, silent, "--unit", "m"))
+    ]
+    words = "is in m, and the file of {} says no unit: the same one is assumed"
+    assert told == [f"warning: BEFORE {words.format('AFTER')}", f"warning: AFTER {words.format('BEFORE')}", "", ""]
+
+
 @pytest.mark.slow
 def test_tables_and_the_page_say_the_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
     """Measures, distances, lines below them, charts and the scale bar are in the unit of the file, none in mesh units."""

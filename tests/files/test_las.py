@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -212,3 +213,21 @@ def test_the_same_cloud(tmp_path: Path) -> None:
     mesh = read_file(tmp_path / "a.laz").mesh
     save(mesh, tmp_path / "b.las")
     assert_same(read_file(tmp_path / "b.las").mesh, mesh)
+
+
+def test_whole_numbers_that_a_declared_dimension_cannot_hold_widen_it(tmp_path: Path) -> None:
+    """Labels of 8 bits that became 300 are read back as 300, and labels that still fit keep their type."""
+    path, output = tmp_path / "in.las", tmp_path / "out.las"
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.add_extra_dims([laspy.ExtraBytesParams("label", "u1"), laspy.ExtraBytesParams("part", "u1")])
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(0).uniform(size=(3, 4))
+    cloud.label = cloud.part = np.arange(4, dtype=np.uint8)
+    cloud.write(path)
+    mesh = read_file(path).mesh
+    numbers = {"label": np.array([1, 2, 300, -4], np.int32), "part": np.array([3, 2, 1, 255], np.int32)}
+    save(replace(mesh, vertex_attributes={**mesh.vertex_attributes, **numbers}), output)
+    found = laspy.read(output)
+    for name, values in numbers.items():
+        np.testing.assert_array_equal(found[name], values)
+    assert found["part"].dtype == np.uint8

@@ -11,6 +11,7 @@ import zlib
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import read_file
@@ -167,6 +168,18 @@ def test_images_of_few_bytes_and_many_pixels(folder: Path, size: int, why: str |
         return
     with pytest.raises(InputError, match=why):
         read_file(path)
+
+
+@pytest.mark.parametrize("damage", ["cut", "altered"])
+def test_a_damaged_png_is_no_texture(folder: Path, damage: str) -> None:
+    """A PNG that ends early, or whose checksum is wrong, is refused by its name: MeshLab would write its dummy.png instead."""
+    Image.effect_noise((64, 64), 80).save(folder / "t.png")
+    data = bytearray((folder / "t.png").read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (folder / "t.png").write_bytes(data if damage == "altered" else data[: len(data) // 2])
+    (folder / "mesh.ply").write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))
+    with pytest.raises(InputError, match=r"the texture 't\.png' is no image .*, is damaged, or is too large"):
+        read_file(folder / "mesh.ply")
 
 
 def test_outside_files_are_read_if_allowed(folder: Path) -> None:

@@ -337,6 +337,27 @@ def test_deviations_never_replace_what_is_compared(tmp_path: Path) -> None:
     assert [path.read_bytes() for path in files] == [ply_bytes(xyz(vertices), faces.tolist())] * 2
 
 
+def test_an_alignment_to_a_part_of_the_surface_is_doubted(tmp_path: Path) -> None:
+    """Onto 60 % of an egg the egg converges away from its place: a warning says so; onto the whole egg there is none."""
+    vertices, faces = icosphere(4)
+    egg = vertices * [1.0, 1.5, 2.0] + 0.05 * np.sin(5 * vertices[:, [1, 2, 0]])
+    middles = egg[faces].mean(axis=1)[:, 0]
+    for name, shape, left in (
+        ("whole.ply", egg, faces),
+        ("part.ply", egg, faces[middles <= np.quantile(middles, 0.6)]),
+        ("moved.ply", egg + np.array([0.0, 0.02, 0.05]), faces),
+    ):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), left.tolist()))
+    options = (tmp_path / "moved.ply", "--align", "--no-self-intersections", "--json")
+    doubted, sure = (document(invoke("compare", tmp_path / f"{name}.ply", *options).stdout) for name in ("part", "whole"))
+    assert doubted["alignment"]["converged"]
+    assert [re.sub(r"stay [\d.]+", "stay #", text) for text in doubted["warnings"]] == [
+        "the nearest 80 % of AFTER stay # mean edges from BEFORE (root mean square): --align may have ended at a wrong "
+        "place, as it needs 80 % of AFTER to lie on BEFORE"
+    ]
+    assert sure["warnings"] == []
+
+
 @pytest.mark.slow
 def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     """Turned by 5 degrees and moved, an egg with noise comes back onto itself; the turn, the shift and the residual are told."""
@@ -403,6 +424,20 @@ def test_a_vertex_beyond_all_measure_is_named(tmp_path: Path) -> None:
     (tmp_path / "far.obj").write_text("".join("v {!r} {!r} {!r}\n".format(*v) for v in vertices.tolist()) + corners)
     with pytest.raises(FilterInputError, match=r"^vertex 3 at \[1e\+200, 0\.0, 0\.0\] is so far from the others"):
         state_of(read_mesh(tmp_path / "far.obj"))
+
+
+@pytest.mark.parametrize("align", [(), ("--align",)])
+def test_coordinates_whose_areas_overflow_are_named_with_their_file(tmp_path: Path, align: tuple[str, ...]) -> None:
+    """Spheres of 1e80 are refused in one sentence with the file, the size and the advice; spheres of 1e75 are compared."""
+    vertices, faces = icosphere(1)
+    corners = "".join("f {} {} {}\n".format(*face) for face in faces + 1)
+    for name, size in (("huge.obj", 1e80), ("large.obj", 1e75)):
+        (tmp_path / name).write_text("".join("v {!r} {!r} {!r}\n".format(*v) for v in (size * vertices).tolist()) + corners)
+    refused = invoke("compare", *align, tmp_path / "large.obj", tmp_path / "huge.obj")
+    assert refused.exit_code == 1
+    told = "huge.obj: a coordinate is 1e+80 in size; areas and distances are computed up to 1e+76: scale the mesh down first"
+    assert told in " ".join(refused.stderr.split())
+    assert invoke("compare", tmp_path / "large.obj", tmp_path / "large.obj").exit_code == 0
 
 
 def test_the_areas_that_are_not_listed_are_counted(tmp_path: Path) -> None:

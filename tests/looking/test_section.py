@@ -12,7 +12,7 @@ from pymeshfair.errors import ParameterError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.looking.comparison import deviations_file
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.report.page import Plane, outline
+from pymeshfair.report.page import Plane, outline, section_chart
 from tests.meshes import cube, icosphere
 
 
@@ -29,11 +29,21 @@ def test_a_section_of_a_sphere_is_a_circle() -> None:
 
 
 def test_a_plane_through_vertices_has_a_whole_outline() -> None:
-    """At the height of its bottom a cube has no outline, at that of its top that of its sides: 4 long."""
+    """At the heights of its bottom and its top a cube has the outline of its sides: 4 long."""
     vertices, faces = cube()
     mesh = MeshData(vertices=vertices, faces=faces)
     lengths = [np.linalg.norm(np.ptp(outline(mesh, Plane(2, z)), axis=1), axis=1).sum() for z in (0.0, 1.0)]
-    assert lengths == pytest.approx([0.0, 4.0])
+    assert lengths == pytest.approx([4.0, 4.0])
+
+
+def test_a_plane_that_touches_a_tip_has_no_section() -> None:
+    """At the poles of a sphere all ends of segments are one point, which has no size to draw."""
+    vertices, faces = icosphere(2)
+    vertices = vertices - vertices[vertices[:, 2].argmax()]
+    tip = MeshData(vertices=vertices, faces=faces)
+    turned = MeshData(vertices=-vertices, faces=faces)
+    assert len(outline(tip, Plane(2, 0.0)))
+    assert [section_chart([mesh], Plane(2, 0.0), None) for mesh in (tip, turned)] == [None, None]
 
 
 @pytest.mark.parametrize("text", ["w=1", "z", "z=", "z=nan", "=1", "xy=1"])

@@ -29,6 +29,7 @@ class Points:
     """As much of a layer as the filter reads."""
 
     vertices: NDArray[np.float64]
+    has_vertex_scalars = False
 
 
 def apply(vertices: NDArray[np.float64], **values: Any) -> Edit:
@@ -144,3 +145,16 @@ def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> N
         "another 8.33% is farther than 0.75, and stays: it may bridge gaps",
         "50.00% of the points have no surface within 1.5 spacings: a larger reconstruction depth keeps details",
     ]
+
+
+def test_scalars_that_the_probabilities_replace_are_named(tmp_path: Path) -> None:
+    """A note says that a scanner's scalars are replaced; where all are 0, or there are none, nothing is said."""
+    vertices = icosphere(2)[0]
+    step, notes = Step(find_filter(declared.python_name)), list[list[str]]()
+    for k, scalars in enumerate((np.arange(len(vertices), dtype=float), np.zeros(len(vertices)), None)):
+        found: list[str] = []
+        document = Document(tmp_path / str(k), on_note=found.append)
+        document.add(MeshData(vertices=vertices, vertex_attributes={} if scalars is None else {"scalars": scalars}))
+        document.apply(step.with_defaults())
+        notes.append(found[1:])  # the first counts the outliers
+    assert notes == [["the outlier probabilities replace the vertex scalars of the mesh"], [], []]

@@ -1,6 +1,7 @@
 """Writes ``batch.html``, which has a row for each scan, failures first; and a page for each scan, in a worker process."""
 
 import math
+import os
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -80,7 +81,7 @@ def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path
         "batch.html",
         scripts=("table.js",),
         title=f"{summary.planned:,} scans: {recipe.title}",
-        subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
+        subtitle=f"The recipe {recipe.name}; this batch ran from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _, _ in _COLUMNS)),
         rows=[_row(folder, row, pages.get(row[0].output)) for row in summary.worst_first],
@@ -93,16 +94,16 @@ def write_page(folder: Path, summary: Summary, pages: Mapping[str, str]) -> Path
 def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
     words = {
-        "failed": "failed",
         "broken": "were written although they break a limit",
+        "resumed": "of these were written by an earlier batch",
+        "failed": "failed",
         "left": "were not started",
-        "resumed": "were done before",
     }
     lines = [f"{counts[name]:,} {text}." for name, text in words.items() if counts[name]]
     outlying = sum(bool(far) for _, _, far in summary.rows)
     lines += [f"Scans with numbers far from those of the others: {outlying:,}."] if outlying else []
     bad = counts["failed"] or counts["broken"]
-    text = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
+    text = f"{counts['done']:,} of {counts['scans']:,} scans were done."
     return Verdict("bad" if bad else "warn" if outlying or counts["left"] else "good", text, tuple(lines))
 
 
@@ -125,16 +126,17 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
 def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     outcome, label, far = row
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
+    errors = [outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]
+    errors += [outcome.former] if outcome.former else []
+    errors += [f"no page: {problem}"] if problem else []
+    for within in (folder, Path(outcome.input).parent):  # the page is sent to others: it names no folders of the machine
+        errors = [text.replace(f"{within}{os.sep}", "") for text in errors] if within.name else errors
     return {
         "name": label,
         "status": outcome.status,
         "page": quote(page) if problem == "" else None,
         "cells": [_cell(number_of(outcome), question in far) for _, question, number_of in _COLUMNS],
-        "errors": [
-            *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
-            *([outcome.former] if outcome.former else []),
-            *([f"no page: {problem}"] if problem else []),
-        ],
+        "errors": errors,
         "warnings": outcome.warnings,
     }
 

@@ -189,8 +189,8 @@ def _show_rows(summary: Summary, task: Task) -> None:
         typer.echo(f"  and {len(summary.rows) - len(shown):,} with better results; batch.csv lists all")
     counts = summary.counts
     others = {
-        "resumed": "of them before this batch",
         "broken": "written although they broke a limit",
+        "resumed": "of them before this batch",
         "failed": "failed",
         "left": "left",
     }

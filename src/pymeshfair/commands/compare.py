@@ -71,6 +71,9 @@ def compare(
     meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
     units = [mesh.mesh.unit for mesh in meshes]
     warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
+    if unit is None and units.count(None) == 1:
+        silent, other = ("AFTER", "BEFORE") if units[0] else ("BEFORE", "AFTER")
+        warnings.append(f"{other} is in {units[0] or units[1]}, and the file of {silent} says no unit: the same one is assumed")
     unit = unit_of_scan(unit, units[0])
     of_before = units[0] or unit
     if of_before and units[1] not in (None, of_before):
@@ -128,8 +131,11 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     from ..errors import MeshError
     from ..filters.inspection import Surface, align
     from ..filters.mesh import bounding_box
+    from ..looking.comparison import check_size
     from ..mesh_data import moved
 
+    for read in (before, after):
+        check_size(read)
     if not len(before.mesh.faces):
         raise MeshError(f"{before.path.name} has no faces, which --align needs")
     (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
@@ -142,6 +148,10 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     warnings = after.warnings
     if not alignment.converged:
         warnings = (*warnings, f"the alignment did not converge in {alignment.iterations} iterations: check that it is right")
+    # With the bound of `compare` for added area, more than 20 % of AFTER would be added.
+    if 0.0 < (edge := before.measures["mean_edge"]) < alignment.residual:
+        what = f"the nearest 80 % of AFTER stay {alignment.residual / edge:.3g} mean edges from BEFORE (root mean square)"
+        warnings = (*warnings, f"{what}: --align may have ended at a wrong place, as it needs 80 % of AFTER to lie on BEFORE")
     numbers = {name: value for name, value in vars(alignment).items() if name != "vertices"}
     return replace(after, mesh=moved(after.mesh, alignment.vertices), warnings=warnings), numbers
 

@@ -295,10 +295,11 @@ class _Reader:
         data, stride = self._view(part["bufferView"])
         dtype = np.dtype(kind).newbyteorder("<")
         size = dtype.itemsize * width
-        stride = stride or size
+        if (stride := stride or size) < size:
+            raise ContentsError(f"{what} has elements of {size} bytes, and its buffer view a stride of {stride}")
         start = _whole(part.get("byteOffset", 0), f"the offset of {what}")
         end = start + (count - 1) * stride + size
-        if stride < size or end > len(data):
+        if end > len(data):
             raise ContentsError(f"{what} takes {end:,} bytes of a buffer view of {len(data):,}")
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 

@@ -79,7 +79,7 @@ def check_regular(path: Path, mesh: Path) -> None:
 
 
 def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
-    """Refuses a texture whose content is no image, or an image with too many pixels."""
+    """Refuses a texture whose content is no image, a damaged PNG, or an image with too many pixels."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -87,8 +87,9 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
             warnings.simplefilter("ignore")  # Pillow warns above a limit of its own
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
+                image.verify()  # the checksums of a PNG, in place of which MeshLab would write its "dummy.png"
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), or is too large"
+        why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), is damaged, or is too large"
         raise InputError(mesh, f"the texture {quoted(name)} {why}") from error
     size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
     most = min(LARGEST_IMAGE, max(_SMALL_IMAGE, _PIXELS_A_BYTE * size))

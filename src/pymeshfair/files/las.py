@@ -304,7 +304,7 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
 def is_declared(header: Any, name: str, values: Array) -> bool:
     """Returns whether the header declares a dimension for these values; removes an integer dimension that would change them."""
     dimension = next((d for d in header.point_format.dimensions if d.name == name), None)
-    if dimension is None or dimension.is_standard or dimension.kind.name == "FloatingPoint" or values.dtype.kind != "f":
+    if dimension is None or dimension.is_standard or dimension.kind.name == "FloatingPoint":
         return dimension is not None
     scales, offsets = (dimension.scales, dimension.offsets) if dimension.is_scaled else (1.0, 0.0)
     steps, limits = np.rint((values - offsets) / scales), np.iinfo(dimension.dtype.base)

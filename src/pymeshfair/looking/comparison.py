@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..declaration import Floats
+from ..files.errors import FileError
 from ..files.formats import ATTRIBUTES, contents_of
 from ..files.ply_write import write_ply
 from ..filters.execution import blocks
@@ -31,6 +32,7 @@ from ..running.read import ReadMesh
 from ..running.suitability import traits_of
 
 _APART = 1.0  # the distance from the other surface above which area counts as added or removed, in mean edges of the first mesh
+_LARGEST = 1e76  # fourth powers of distances between coordinates up to this one do not overflow
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)  # the distance up to which points coincide, relative to the largest coordinate
 
 
@@ -55,10 +57,18 @@ class MeshState:
         return float(self.measures["mean_edge"] or self.measures["mean_spacing"] or 0.0)
 
 
+def check_size(read: ReadMesh) -> None:
+    """Raises `FileError` for coordinates above `_LARGEST`."""
+    if (largest := float(np.abs(read.mesh.vertices).max(initial=0.0))) > _LARGEST:
+        why = f"a coordinate is {largest:.3g} in size; areas and distances are computed up to {_LARGEST:g}"
+        raise FileError(read.path, f"{why}: scale the mesh down first")
+
+
 def state_of(read: ReadMesh) -> MeshState:
     """Measures a mesh; raises `FilterInputError` if a vertex is so far away that the edges between the others lose digits."""
     mesh = read.mesh
     normalised_mesh(mesh.vertices, mesh.faces).check_far()
+    check_size(read)
     # Relative to the mean vertex, since coordinates are squared below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)

@@ -111,12 +111,14 @@ class Plane:
 def outline(mesh: MeshData, plane: Plane) -> Floats:
     """(s, 2, 2) the segments where a plane cuts the faces of a mesh, in the coordinates of the other two axes.
 
-    A vertex in the plane counts as above it, so that every face has at most one segment.
+    A vertex in the plane counts as above it, so that every face has at most one segment; if then no face is cut, as below it.
     """
     heights = mesh.vertices[:, plane.axis] - plane.value
-    above = heights[mesh.faces] >= 0.0
-    cut = mesh.faces[above.any(axis=1) & ~above.all(axis=1)]
-    up = heights[cut] >= 0.0
+    for above in (heights >= 0.0, heights > 0.0):
+        corners_above = above[mesh.faces].sum(axis=1)
+        if len(cut := mesh.faces[(corners_above > 0) & (corners_above < 3)]):
+            break
+    up = above[cut]
     # The corner that is alone on its side comes first: the plane cuts its two edges.
     alone = np.where(up.sum(axis=1) == 1, up.argmax(axis=1), (~up).argmax(axis=1))
     first, *others = (cut[np.arange(len(cut)), (alone + k) % 3] for k in range(3))
@@ -214,10 +216,10 @@ class SectionChart:
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None) -> SectionChart | None:
-    """The section of two meshes; None if the plane cuts neither."""
+    """The section of two meshes; None if the plane cuts neither, or touches them at a point."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
-    if not len(points):
+    if not len(np.unique(points, axis=0)) > 1:
         return None
     low, high = points.min(axis=0), points.max(axis=0)
     room = np.array([_WIDTH - 2 * _MARGIN, _SECTION_HEIGHT - 3 * _MARGIN])
