@@ -446,7 +446,7 @@ def test_an_attribute_whose_spelling_is_not_found_is_named() -> None:
     """Of a long name with capitals in odd places MeshLab tells too little; the mesh stays as it was."""
     meshes = named("vEry_lOng_nAme_with_odd_cApitals", "face", "scalar")
     before = everything(meshes)
-    with pytest.raises(MeshError, match="attribute 'very_long_name_with_odd_capitals': MeshLab computes with names"):
+    with pytest.raises(MeshError, match="attribute 'very_long_name_with_odd_capitals': MeshLab does not tell which"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
 

@@ -203,10 +203,15 @@ def check_names(bench: Workbench, mesh: Any) -> None:
     """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
     for element, listed, points, name in _user_attributes(bench, mesh):
         if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
+            reason = (
+                "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
+            )
+            reason += "constant of its expressions"
+            if name is None:
+                reason = "MeshLab does not tell which of its letters are capitals"
             raise MeshError(
                 f"{mesh.label()!r} cannot be changed because of the name of its custom {element} attribute {name or listed!r}: "
-                "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
-                "constant of its expressions; save the mesh without the attribute, or rename the attribute"
+                f"{reason}; save the mesh without the attribute, or rename the attribute"
             )
 
 
