@@ -189,8 +189,8 @@ class Scan:
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
         hardly reaches its middle. `denoised` filters the other vertices, and balls start on the smoothest surface through them.
         """
-        held_out = held_out_vertices if denoised is None else middles_of_balls
-        held = held_out(self.points, self.faces, scored=self.scored, masks=tuned.MASKS, seed=self.seed)
+        held_out, masks = (held_out_vertices, tuned.MASKS) if denoised is None else (middles_of_balls, tuned.MASKS // 2)
+        held = held_out(self.points, self.faces, scored=self.scored, masks=masks, seed=self.seed)
         if not held:
             return None
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)

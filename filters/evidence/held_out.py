@@ -38,20 +38,25 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 
 
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings.
+    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings that do not touch.
 
-    A middle has the least random number within five edges, so the balls of a set do not touch, except in a regular lattice:
-    all its random numbers, made as in `held_out_vertices`, are equal.
+    Of the free vertices, those with the least random number within five edges become middles; then no vertex within five edges
+    of them is free, and so on. Random numbers are as in `held_out_vertices`; in a regular lattice they are equal, and balls touch.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
     for mask in range(seed * masks, (seed + 1) * masks):
         numbers = (sums * (_MULTIPLES[0] + _STEPS[0] * mask)) % 1.0
-        least = numbers.copy()
-        for _ in range(2 * BALL + 1):
-            np.minimum.at(least, a, least[b])
-        sets.append(np.flatnonzero(scored & (least == numbers)).astype(np.int32))
+        free, middles = scored.copy(), np.zeros_like(scored)
+        while free.any():
+            least = np.where(free, numbers, 1.0)
+            for _ in range(2 * BALL + 1):
+                np.minimum.at(least, a, least[b])
+            chosen = free & (least == numbers)
+            middles |= chosen
+            free &= ~with_neighbours(chosen, pairs, 2 * BALL + 1)
+        sets.append(np.flatnonzero(middles).astype(np.int32))
     return [middles for middles in sets if len(middles)]
 
 
