@@ -59,9 +59,8 @@ def compute_selection_by_outlier_probability_per_vertex(
     kind = f"outliers with a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
     edit = _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
-    if layer.has_vertex_scalars and layer.vertex_scalars.any():
-        edit = replace(edit, notes=(*edit.notes, "the outlier probabilities replace the vertex scalars of the mesh"))
-    return edit
+    replaced = ("the outlier probabilities replace the vertex scalars of the mesh",)
+    return replace(edit, notes=edit.notes + replaced) if layer.has_vertex_scalars and layer.vertex_scalars.any() else edit
 
 
 @point_selection(name="Select Stray Points")

@@ -9,7 +9,7 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 STAYS = 2.0
 
 # Cross-validation.
-#: Number of sets of held-out vertices; of balls half. The mean angle is 2 % larger with 1 set than with 4, on some shapes than with 8.
+#: Number of sets of held-out vertices; of balls half. The mean angle is 2 % larger with 1 than with 4; a few shapes gain by 8.
 MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0

@@ -18,10 +18,8 @@ from ..report.comparison_page import Verdict
 from ..report.page import render
 from .outcomes import QUESTIONS, Outcome, Row, Summary, area_change, digests_of, displacement_in_edges, write_text
 
-#: the folder of the pages of scans, within the folder of the batch
-PAGES = "reports"
-#: a text that every page of pymeshfair has
-_BRAND = b'<p class="brand">pymeshfair</p>'
+PAGES = "reports"  # the folder of the pages of scans, within the folder of the batch
+_BRAND = b'<p class="brand">pymeshfair</p>'  # a text that every page of pymeshfair has
 
 
 def page_path(folder: Path, output: Path) -> Path:
@@ -127,8 +125,7 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     outcome, label, far = row
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     errors = [outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]
-    errors += [outcome.former] if outcome.former else []
-    errors += [f"no page: {problem}"] if problem else []
+    errors += filter(None, (outcome.former, f"no page: {problem}" if problem else ""))
     for within in (folder, Path(outcome.input).parent):  # the page is sent to others: it names no folders of the machine
         errors = [text.replace(f"{within}{os.sep}", "") for text in errors] if within.name else errors
     return {

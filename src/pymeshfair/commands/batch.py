@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from ..batch.plan import Scan
     from ..batch.work import Prospect, Task
 
-#: the largest number of left-out files that are named
-_NAMED = 10
-#: the most scans in the table; of more scans, the worst are listed
-_LISTED = 40
+_NAMED = 10  # the largest number of left-out files that are named
+_LISTED = 40  # the most scans in the table; of more scans, the worst are listed
 
 
 @options.with_run_options
@@ -96,16 +94,12 @@ def batch(
         raise typer.Exit(1)
 
 
-# --------------------------------------------------------------------------------------------------------- progress of the batch
-
-
 class BatchLines(ExitStack):
     """A `pymeshfair.batch.work.Listener` that prints a line per finished scan; a context manager, since `BatchBar` is one."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._total = 0
-        self._ended = 0
+        self._total = self._ended = 0
 
     def begin(self, total: int) -> None:
         self._total = total
@@ -160,9 +154,6 @@ def _line(scan: Scan, outcome: Outcome) -> str:
     words += [] if moved is None else [f"moved by {moved:.2g} edges"]
     words += [counted(len(outcome.warnings), "warning")] if outcome.warnings else []
     return f"{scan.label}: {', '.join(words)}" + (f", written although it broke a limit: {broken}" if broken else "")
-
-
-# ------------------------------------------------------------------------------------------------------------ results and plan
 
 
 def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:

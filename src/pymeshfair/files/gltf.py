@@ -25,8 +25,7 @@ from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
 from .scenes import Assembly, affine_matrix, levels
 
-#: the largest number of JSON values in a document; reading a million takes a second
-_PARTS = 1_000_000
+_PARTS = 1_000_000  # the largest number of JSON values in a document; reading a million takes a second
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -35,8 +34,7 @@ _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), 
 #: required extensions that are accepted: integer positions and normals; and unlit materials, which are read as lit ones
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
-#: tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation
-_ROUNDED, _UNIT = 1e-6, 0.01
+_ROUNDED, _UNIT = 1e-6, 0.01  # tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation
 _Part: TypeAlias = Mapping[str, Any]
 
 
@@ -255,8 +253,7 @@ class _Reader:
             data = file.read_bytes()
         if length > len(data):
             raise ContentsError(f"its buffer {k} declares {length:,} bytes, but has {len(data):,}")
-        self._buffers[k] = data[:length]
-        return self._buffers[k]
+        return self._buffers.setdefault(k, data[:length])
 
     def _view(self, k: int) -> tuple[bytes, int | None]:
         view = self._at("bufferViews", k)
@@ -296,7 +293,7 @@ class _Reader:
         dtype = np.dtype(kind).newbyteorder("<")
         size = dtype.itemsize * width
         if (stride := stride or size) < size:
-            raise ContentsError(f"{what} has elements of {size} bytes, and its buffer view a stride of {stride}")
+            raise ContentsError(f"{what} has elements of {size} bytes in a buffer view of stride {stride}")
         start = _whole(part.get("byteOffset", 0), f"the offset of {what}")
         end = start + (count - 1) * stride + size
         if end > len(data):
@@ -372,8 +369,7 @@ def _decoded(uri: str) -> bytes:
     raise ContentsError("data within it is not written in base64")
 
 
-#: the largest number of materials that are written
-_MOST_MATERIALS = 1000
+_MOST_MATERIALS = 1000  # the largest number of materials that are written
 
 
 class _Document:

@@ -26,10 +26,8 @@ from .outputs import WORTH_A_WARNING, Writing
 
 _PLACE, _COLOR = ("X", "Y", "Z"), ("red", "green", "blue")
 NORMAL = ("NormalX", "NormalY", "NormalZ")
-#: attributes of `MeshData` that are stored in dimensions of the same names
-_NUMBERS = ("scalars", "radii")
-#: the size of the header of LAS 1.0 in bytes, and the most bytes that are read of a longer header
-_SHORTEST_HEADER, _LONGEST_HEADER = 227, 375
+_NUMBERS = ("scalars", "radii")  # attributes of `MeshData` that are stored in dimensions of the same names
+_SHORTEST_HEADER, _LONGEST_HEADER = 227, 375  # bytes: the header of LAS 1.0, and the most that are read of a longer one
 _CHUNK = 1 << 20  # the number of points read or written at a time
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
@@ -164,8 +162,7 @@ def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     return write_las_pieces(lambda: iter((mesh,)), target, mesh.document(LasDocument), writing)
 
 
-#: by column, the dimension that stores it, and the factor for its numbers
-_Stored: TypeAlias = dict[str, tuple[str, float]]
+_Stored: TypeAlias = dict[str, tuple[str, float]]  # by column, the dimension that stores it, and the factor for its numbers
 #: of each scalar column and each axis: minimum, maximum, and whether all numbers are whole
 _Ranges: TypeAlias = dict[str | int, tuple[float, float, bool]]
 

@@ -311,8 +311,7 @@ def _faces(
     return dict(zip(names, values, strict=True))
 
 
-#: the extensions of files with the distances of vertices: a table, or a mesh with the distance as its scalar
-FORMATS = ("csv", "ply")
+FORMATS = ("csv", "ply")  # of files with the distances of vertices: a table, or a mesh with the distance as its scalar
 
 
 def deviations_file(mesh: MeshData, distances: Floats, extension: str) -> bytes:

@@ -29,8 +29,7 @@ from ..looking.picture import number, round_length
 from ..mesh_data import MeshData
 from ..places import point_text
 
-#: the scripts of a page with the viewer
-VIEWER = ("viewer.js", "page.js")
+VIEWER = ("viewer.js", "page.js")  # the scripts of a page with the viewer
 _SHORT = 120
 
 
@@ -83,9 +82,6 @@ def short(value: Any) -> str:
     """The value of a parameter as text, cut to 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
-
-
-# ---------------------------------------------------------------------------------------------------- sections and charts
 
 
 @dataclass(frozen=True)

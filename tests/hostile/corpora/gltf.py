@@ -170,11 +170,7 @@ ROWS = (
     ),
     ("stride1.gltf", doc(bufferViews__0__byteStride=1), "the stride of buffer view 0 is 1"),
     ("stride_huge.gltf", doc(bufferViews__0__byteStride=10**9), "the stride of buffer view 0 is 1000000000"),
-    (
-        "stride4.gltf",
-        doc(bufferViews__0__byteStride=4),
-        "its accessor 0 has elements of 12 bytes, and its buffer view a stride of 4",
-    ),
+    ("stride4.gltf", doc(bufferViews__0__byteStride=4), "its accessor 0 has elements of 12 bytes in a buffer view of stride 4"),
     ("no_view.gltf", doc(accessors__0__bufferView=None), "its accessor 0 has 3 values in no buffer view"),
     ("b64bad.gltf", doc(buffers__0__uri="data:application/octet-stream;base64,@@@@"), "data within it is not written in base64"),
     (
