@@ -1,7 +1,5 @@
 """Denoising that keeps edges: filters of face normals, which the vertices follow, and bilateral filters of positions."""
 
-import inspect
-from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass, fields
 from itertools import compress
 from typing import Annotated, Any, Literal, TypeAlias
@@ -20,7 +18,6 @@ from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adja
 
 from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
 
-Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
     "and takes one of the settings with the least estimated error. 'fixed': takes all-round values without trials."
@@ -70,18 +67,8 @@ class NormalFilterParameters:
 #: the parameters of `filter_face_normals`
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
-#: the parameters of normal filtering that are chosen for a mesh
-CHOSEN = frozenset(field.name for field in fields(denoising.AutomaticParameters))
-BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")  # the parameters of the preparation
 #: the `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note
 SLIVER, MANY_SLIVERS = 0.2, 0.05
-#: the defaults for parameters that neither the caller nor the choice for the mesh sets
-_STEPS = inspect.signature(denoising.normal_filtering).parameters
-DEFAULTS: dict[str, Any] = {
-    **{field.name: field.default for field in fields(denoising.NormalFilter) if field.name in STEP_ONE},
-    **{name: _STEPS[name].default for name in ("vertex_iterations", "outer_iterations", "vertex_update")},
-    **dict(zip(BEFORE, ("keep", "keep", 0, "all"), strict=True)),
-}
 
 
 @vertex_smoother(
@@ -98,7 +85,7 @@ def apply_coord_normal_filtering(
     rounding: Annotated[Auto | denoising.RoundingPolicy, Enum(advanced=True)] = "auto",
     relaxation: Annotated[int, Int(minimum=0, maximum=10_000, automatic=-1)] = -1,
     relaxation_direction: Annotated[Auto | denoising.RelaxationDirection, Enum(advanced=True)] = "auto",
-    choice: Annotated[Chooser, CHOICE] = "held_out",
+    choice: Annotated[denoising.Chooser, CHOICE] = "held_out",
     compare: Annotated[bool, Bool(label="Compare smoothers", advanced=True)] = False,
     border: Annotated[BorderPolicy, Enum()] = "along",
     selected: Selected = False,
@@ -139,18 +126,17 @@ def apply_coord_normal_filtering(
         relaxation_direction=relaxation_direction,
     )
     movable = movable_vertices(layer, selected)
+    options: dict[str, Any] = {"border": border, "movable": movable}
+    denoise = part_of(progress, 0.0, CHOOSING if compare else 1.0)
+    choosing = part_of(denoise, 0.0, CHOOSING)
+    effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, **options, progress=choosing)
+    findings = _findings(made)
+    filtering = dict(effective)
+    steps = {name: filtering.pop(name) for name in denoising.PREPARATION}
+    remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
+    vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
     notes: tuple[str, ...] = ()
-    if set_values or choice == "fixed":
-        choosing = part_of(progress, 0.0, CHOOSING)
-        effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
-        options: dict[str, Any] = {name: effective[name] for name in BEFORE}
-        options["filtering"] = {name: value for name, value in effective.items() if name not in BEFORE}
-        remaining = part_of(progress, CHOOSING if findings else 0.0, 1.0)
-        vertices = denoising.denoised(layer.vertices, layer.faces, **options, border=border, movable=movable, progress=remaining)
-    else:
-        options = {"border": border, "movable": movable, "progress": part_of(progress, 0.0, CHOOSING if compare else 1.0)}
-        vertices, made = denoising.denoise_automatically(layer.vertices, layer.faces, **options)
-        effective, findings = _parameters(made.setting), _findings(made)
+    if made is not None and not set_values:
         if compare:
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
@@ -176,7 +162,7 @@ def apply_normal_robust_filtering_per_face(
     layer: Layer,
     *,
     normals: NormalFilterParameters,
-    choice: Annotated[Chooser, CHOICE] = "held_out",
+    choice: Annotated[denoising.Chooser, CHOICE] = "held_out",
     selected: Annotated[bool, Bool(label="Selected faces only")] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
@@ -191,16 +177,19 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     set_values = _not_automatic(**asdict(normals))
-    effective, findings = _completed(layer, set_values, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
+    effective, made = set_values, None
+    if len(set_values) < len(STEP_ONE):
+        choosing = part_of(progress, 0.0, CHOOSING)
+        effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, progress=choosing)
     if "normal_iterations" not in set_values:
-        effective["normal_iterations"] *= effective["outer_iterations"]
+        effective["normal_iterations"] *= max(1, effective["outer_iterations"])  # 0: the choice filters no normals
     effective = {name: effective[name] for name in STEP_ONE}
     filtered = denoising.filter_face_normals(
-        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if findings else 0.0, 1.0)
+        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if made else 0.0, 1.0)
     )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
-    return Edit(face_normals=filtered, values={**effective, **findings})
+    return Edit(face_normals=filtered, values={**effective, **_findings(made)})
 
 
 def _not_automatic(**values: Any) -> dict[str, Any]:
@@ -208,35 +197,9 @@ def _not_automatic(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
 
-def _completed(
-    layer: Layer, set_values: dict[str, Any], choice: Chooser, progress: Progress, *, of: AbstractSet[str] = CHOSEN, **kwargs: Any
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Completes the given parameters by a choice for the mesh; returns all parameters, and the findings behind the choice.
-
-    The mesh is measured only if a parameter in `of` has to be chosen; `kwargs` go to `automatic_choice`.
-    """
-    if CHOSEN & of <= set_values.keys():
-        return {**DEFAULTS, **set_values}, {}
-    if choice == "fixed":
-        return {**DEFAULTS, **asdict(denoising.FIXED), **set_values}, {}
-    # Trials ignore the given rounding, and the given normal iterations: twenty iterations would take twenty times as long.
-    not_tried = ("normal_iterations", "rounding")
-    tried = denoising.REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
-    made = denoising.automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **kwargs)
-    chosen = _parameters(made.setting)
-    if made.setting.parameters is None:
-        # The choice has 0 rounds: it does not filter normals. With given parameters the default number of rounds replaces the 0.
-        del chosen["outer_iterations"]
-    return {**DEFAULTS, **chosen, **set_values}, _findings(made)
-
-
-def _parameters(setting: denoising.Setting) -> dict[str, Any]:
-    filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
-    before = {name: getattr(setting, name) for name in BEFORE}
-    return {**DEFAULTS, **filtering, **before}
-
-
-def _findings(made: denoising.AutomaticChoice) -> dict[str, Any]:
+def _findings(made: denoising.AutomaticChoice | None) -> dict[str, Any]:
+    if made is None:
+        return {}
     findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 

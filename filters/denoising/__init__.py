@@ -12,6 +12,7 @@ from .clouds import (
     smoothed_directions,
     unit_normals,
 )
+from .completion import PREPARATION, Chooser, parameters_for_mesh, parameters_without_mesh
 from .correlated_noise import shared_noise
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers, replace_outlying
@@ -44,11 +45,13 @@ from .vertex_update import VertexUpdate
 __all__ = [
     "FIXED",
     "HALF_WAY",
+    "PREPARATION",
     "REPERTOIRE",
     "RINGS_OF_UNFOLDING",
     "SPACE_KERNELS",
     "AutomaticChoice",
     "AutomaticParameters",
+    "Chooser",
     "CloudKernels",
     "JonesBorder",
     "Neighborhood",
@@ -81,6 +84,8 @@ __all__ = [
     "noise_floor",
     "normal_filtering",
     "normals_of",
+    "parameters_for_mesh",
+    "parameters_without_mesh",
     "projections",
     "relaxed_part",
     "replace_outlying",

@@ -99,8 +99,6 @@ def enhance_details(
     if len(triangles) == 0 and len(points):
         raise FilterInputError("the mesh has no triangles: only a surface has relief; triangulate a point cloud first")
     mesh = normalised_mesh(points, triangles, movable)
-    if len(mesh) == 0:
-        return EnhancedDetails(points.copy())
     problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(problem.mass) == 0:
         return EnhancedDetails(points.copy())

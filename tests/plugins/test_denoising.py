@@ -20,12 +20,13 @@ from pymeshfair.filters.denoising import (
     normal_filtering,
     replace_outlying,
 )
+from pymeshfair.filters.denoising.completion import DEFAULTS
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.preparation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_normals_at_vertices
 from pymeshfair.filters.inspection import folded_faces
-from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
+from pymeshfair.plugins.denoising import STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
 from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, noisy, subdivided
 
@@ -158,7 +159,7 @@ def test_where_neighbours_share_the_noise_the_border_is_named(rough: Mesh) -> No
     """An open mesh gets a note that nothing speaks for its border; a closed one has none."""
     for (vertices, faces), named in ((irregular_grid(5, 5), True), (rough, False)):
         made = AutomaticChoice("correlated", Setting(), estimate_noise(vertices, faces))
-        with mock.patch("pymeshfair.filters.denoising.denoise_automatically", return_value=(vertices, made)):
+        with mock.patch("pymeshfair.filters.denoising.completion.automatic_choice", return_value=made):
             notes = apply(apply_coord_normal_filtering, Surface(vertices, faces)).notes
         assert [("at the border" in note) for note in notes] == [True] * named
 
@@ -194,7 +195,7 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("the mesh was estimated")
 
-    monkeypatch.setattr("pymeshfair.filters.denoising.automatic_choice", refuse)
+    monkeypatch.setattr("pymeshfair.filters.denoising.completion.automatic_choice", refuse)
     assert "shape" not in filtered(rough, **DEFAULTS)[1]
     _, fixed = filtered(rough, choice="fixed")
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)

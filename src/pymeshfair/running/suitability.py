@@ -130,7 +130,8 @@ def ranked(
         erases = suited.trial is not None and suited.trial.erases
         error = unmoved if suited.trial is None else least if suited.trial.tied else suited.trial.error
         aside, closes = suited.task in _ASIDE, is_open and suited.task in _CLOSING
-        return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, _place(suited.task)
+        listed = TASKS.index(suited.task) if suited.task in TASKS else len(TASKS)
+        return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, listed
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
@@ -234,10 +235,6 @@ def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
 def _kind(faces: int, edges: int) -> dict[str, float]:
     """The kind of a scan, as traits; a recipe for another kind cannot run."""
     return {"mesh": float(faces > 0), "cloud": float(not faces and not edges), "curves": float(not faces and edges > 0)}
-
-
-def _place(task: str) -> int:
-    return TASKS.index(task) if task in TASKS else len(TASKS)
 
 
 def _in_words(text: str) -> str:

@@ -3,7 +3,6 @@
 ``benchmarks/scale.py`` measures the bytes in memory and on the disk that formulas here predict.
 """
 
-import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
@@ -41,12 +40,6 @@ _WHY = {
     "'meshlab', which does the same",
 }
 
-#: defaults of normal filtering: first of the parameters that pymeshfair adds to the method, then of the method's own parameters
-_DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
-_AUTHORS_DEFAULTS = {field.name: field.default for field in fields(denoising.NormalFilter) if field.name != "radius"} | {
-    name: inspect.signature(denoising.normal_filtering).parameters[name].default
-    for name in ("vertex_iterations", "outer_iterations")
-}
 #: values of parameters of normal filtering that need the whole mesh
 _WHOLE = {
     "neighborhood": ("radius", "geodesic"),
@@ -157,12 +150,9 @@ class Filtering:
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """Returns the parameters of normal filtering; None if the filter chooses some of them for the mesh."""
-    set_values = _set_values(values)
-    if not {f.name for f in fields(denoising.AutomaticParameters)} <= set_values.keys():
-        if values["choice"] != "fixed":
-            return None
-        set_values = asdict(denoising.FIXED) | set_values
-    parameters: dict[str, Any] = _DEFAULTS | set_values
+    parameters = denoising.parameters_without_mesh(_set_values(values), values["choice"])
+    if parameters is None:
+        return None
     normal_settings = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
     return Filtering(denoising.NormalFilter(**normal_settings), border=values["border"], **parameters)
 
@@ -173,15 +163,8 @@ def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
     """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
-    set_values, border = _set_values(values), values["border"]
-    # As in a run in one piece, the choice ignores the values that are set for normal_iterations and rounding.
-    tried = denoising.REPERTOIRE.narrowed(**{n: v for n, v in set_values.items() if n not in ("normal_iterations", "rounding")})
-    setting = denoising.automatic_choice(vertices, faces, border=border, repertoire=tried).setting
-    chosen_values = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
-    if setting.parameters is None and set_values:
-        chosen_values = {}  # parameters that are not set get the defaults of the authors of the filter
-    before = {n: getattr(setting, n) for n in ("outliers", "rounding", "relaxation", "relaxation_direction")}
-    parameters = {**_AUTHORS_DEFAULTS, **_DEFAULTS, **chosen_values, **before, **set_values}
+    set_values, choice, border = _set_values(values), values["choice"], values["border"]
+    parameters, _ = denoising.parameters_for_mesh(vertices, faces, set_values, choice, border=border)
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(

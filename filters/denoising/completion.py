@@ -1,0 +1,50 @@
+"""Completes the parameters of denoising that a caller sets: by defaults, by fixed values, or by a choice for the mesh."""
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from typing import Any, Literal, TypeAlias
+
+from ..mesh import Floats, Ints
+from .automatic import AutomaticChoice, automatic_choice
+from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Setting
+from .normal_filter import NormalFilter
+from .normal_filtering import normal_filtering
+
+#: "held_out": parameters that are not set are chosen for the mesh. "fixed": they get all-round values.
+Chooser: TypeAlias = Literal["held_out", "fixed"]
+#: the parameters of the steps before normal filtering
+PREPARATION = ("outliers", "rounding", "relaxation", "relaxation_direction")
+_STEPS = inspect.signature(normal_filtering).parameters
+#: all parameters, with defaults for those that neither the caller nor the choice for the mesh sets
+DEFAULTS: dict[str, Any] = {
+    **{field.name: field.default for field in fields(NormalFilter) if field.name != "radius"},
+    **{name: _STEPS[name].default for name in ("vertex_iterations", "outer_iterations", "vertex_update")},
+    **{name: getattr(Setting(), name) for name in PREPARATION},
+}
+
+
+def parameters_without_mesh(set_values: Mapping[str, Any], choice: Chooser) -> dict[str, Any] | None:
+    """Returns all parameters; None if one of normal filtering has to be chosen for the mesh."""
+    if choice == "fixed":
+        return {**DEFAULTS, **asdict(FIXED), **set_values}
+    is_complete = {field.name for field in fields(AutomaticParameters)} <= set_values.keys()
+    return {**DEFAULTS, **set_values} if is_complete else None
+
+
+def parameters_for_mesh(
+    vertices: Floats, faces: Ints, set_values: Mapping[str, Any], choice: Chooser, **options: Any
+) -> tuple[dict[str, Any], AutomaticChoice | None]:
+    """Returns all parameters, and the choice behind them if one is necessary; the `options` go to `automatic_choice`."""
+    if (parameters := parameters_without_mesh(set_values, choice)) is not None:
+        return parameters, None
+    # Trials ignore the given rounding, and the given normal iterations: twenty iterations would take twenty times as long.
+    not_tried = ("normal_iterations", "rounding")
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
+    made = automatic_choice(vertices, faces, repertoire=tried, **options)
+    if made.setting.parameters is not None:
+        chosen = asdict(made.setting.parameters)
+    else:  # normal filtering has 0 rounds; with given parameters it has the default number of rounds
+        chosen = {} if set_values else {"outer_iterations": 0}
+    before = {name: getattr(made.setting, name) for name in PREPARATION}
+    return {**DEFAULTS, **chosen, **before, **set_values}, made
