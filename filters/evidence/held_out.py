@@ -40,8 +40,8 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
 def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings that do not touch.
 
-    Of the free vertices, those with the least random number within five edges become middles; then no vertex within five edges
-    of them is free, and so on. Random numbers are as in `held_out_vertices`; in a regular lattice they are equal, and balls touch.
+    Free vertices with the least random number within five edges become middles; the vertices within five edges of them are then
+    no longer free, and so on. Random numbers are as in `held_out_vertices`; in a regular lattice they are equal, and balls touch.
     """
     pairs, sets = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T
