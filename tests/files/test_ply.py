@@ -161,13 +161,18 @@ def test_rows_follow_their_elements(tmp_path: Path, encoding: str) -> None:
     np.testing.assert_array_equal(again.vertices, np.array([*points[1:], [5.0, 5.0, 0.0]]))
 
 
-def test_coordinates_become_double_where_float_is_too_coarse(tmp_path: Path) -> None:
-    """Near 4,500,000 a float has steps of half a metre: a vertex that moved by a centimetre is written in double precision."""
+@pytest.mark.parametrize("attributes", [{}, {"scalars": np.arange(4.0)}])
+def test_coordinates_become_double_where_float_is_too_coarse(tmp_path: Path, attributes: dict[str, Any]) -> None:
+    """Near 4,500,000 a float has steps of half a metre: a vertex that moved by a centimetre is written in double precision.
+
+    So it is if the vertices get a new property as well.
+    """
     from pymeshfair.files.outputs import Writing
 
     data = ply_file([Element("vertex", PLACE, [[4_500_000.0 + x, y, z] for x, y, z in SQUARE])])
     mesh = read(tmp_path, data)
     target = io.BytesIO()
+    mesh = mesh.with_attributes(attributes)
     (note,) = write_ply(moved(mesh, mesh.vertices + 1e-2), target, Writing(lambda: 2.0, {}, "", []))
     assert note == "coordinates are written as double, as float would round them"
     again = read(tmp_path, target.getvalue(), "again.ply")

@@ -78,7 +78,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     ids = mesh.vertex_ids
     values |= _custom(attributes, VERTEX_ATTRIBUTES, values, table, notes)
     rows = _rows("vertex", table, ids, values, attributes.get("colors"))
-    if table is None or (ids is None and rows.element != table.element):
+    if table is None:
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
     moves = [np.abs(mesh.vertices[:, ply.PLACE.index(p.name)] - rows.columns[p.name]).max(initial=0.0) for p in narrow]
