@@ -76,8 +76,8 @@ def chosen_projection(
 
     Returns:
         The choice. Its first trial does nothing, its errors are in spacings, its range sigmas in the unit of the points. None if
-        the cloud is clean, most points coincide or hardly any can be held out. The choice does not depend on the number of
-        threads, or on the position, orientation, scale and order of the points.
+        the cloud is clean, most points coincide or too few can be used. The choice does not depend on the number of threads, or
+        on the position, orientation, scale and order of the points.
 
     Raises:
         FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -124,7 +124,7 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None for clean, tiny or coincident ones.
+    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None for a clean or tiny cloud.
 
     The points are reduced to a random quarter, k times, until noise is below half a spacing or residuals hardly correlate.
     """

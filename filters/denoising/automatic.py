@@ -23,7 +23,7 @@ class AutomaticChoice(NamedTuple):
     kind: str  # "clean", "noisy", or "correlated" (neighbours share the noise)
     setting: Setting
     noise: NoiseEstimate
-    evidence: Choice[Setting] | None = None  # the scores of the settings that were tried; None if none count
+    evidence: Choice[Setting] | None = None  # the scores of the settings that were tried; None if they do not decide
     # True if noise is independent, no outlier was replaced, and at most one other setting is as good, see `tuned.SURE`.
     sure: bool = False
 
@@ -46,7 +46,7 @@ def automatic_choice(
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
         seed: selects the held-out vertices.
-        repertoire: the settings to choose from, see `Repertoire.narrowed`. Correlated noise has a repertoire of its own.
+        repertoire: the settings for cross-validation, see `Repertoire.narrowed`.
         progress: called with the finished share; may raise to stop.
 
     Returns:
@@ -58,7 +58,7 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. On depth maps this choice is final; elsewhere one by held-out balls (step 4) takes its place.
+    # 1. Correlated noise. On depth maps this choice is final; elsewhere a choice by held-out balls (step 4) replaces it, if made.
     shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     correlated = None
     if shared and shared.chosen.label != Setting():

@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The repertoire with these values. outer_iterations=0 removes `chains`, any other of `filtering` Taubin alone."""
+        """The repertoire with these values; outer_iterations=0 removes `chains`, others in `filtering` set `taubin` to (0,)."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])

@@ -59,7 +59,7 @@ class Rounding(NamedTuple):
     def squares(self, points: Floats, rounded: Floats) -> Floats:
         """Returns (n,) squared distances of (n, 3) points from the `rounded` ones along the axes, means over the axes.
 
-        The unit is the variance of rounding, step^2 / 12 with the step at each vertex. The mean of the true points is near 1.
+        The unit is the variance of rounding, step^2 / 12 with the step at each vertex. At the true points their mean is near 1.
         """
         squares = []
         for direction, levels in zip(*self, strict=True):

@@ -186,8 +186,8 @@ class Scan:
         a vertex y by n . (y - f). Deviations hardly show flipped faces, so the share of these faces counts, too, see `scores_of`.
         `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
-        With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: shared noise outside a ball
-        hardly reaches its middle. `denoised` filters the other vertices, and balls start on the smoothest surface through them.
+        With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: they share hardly any noise with
+        vertices outside. `denoised` filters the other vertices, and balls start on the smoothest surface through them.
         """
         held_out, masks = (held_out_vertices, tuned.MASKS) if denoised is None else (middles_of_balls, tuned.MASKS // 2)
         held = held_out(self.points, self.faces, scored=self.scored, masks=masks, seed=self.seed)

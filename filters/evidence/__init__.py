@@ -1,6 +1,5 @@
 """Evidence for the choice among filters: how well each filter predicts held-out vertices."""
 
-from ..quadrics import height_of_quadric, tangents
 from . import tuned
 from .cross_validation import Candidates, Choice, Scores, Trial, cross_validate, initial_positions, measured, scores_of
 from .held_out import (
@@ -24,7 +23,6 @@ __all__ = [
     "Trial",
     "cross_validate",
     "far_from_border",
-    "height_of_quadric",
     "height_residuals",
     "held_out_vertices",
     "initial_positions",
@@ -38,7 +36,6 @@ __all__ = [
     "put_where_expected",
     "random_signs",
     "scores_of",
-    "tangents",
     "tuned",
     "with_neighbours",
 ]
