@@ -69,11 +69,11 @@ def stray_points(
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 
-    The result does not depend on the unit, the position or the order of the points.
+    The result does not depend on the unit or position of the points, and on their order only where distances are equal.
 
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. Larger tells haze from surfaces with more noise, bridges wider gaps and takes longer.
+        neighbors: k, from 1 to n - 1. Larger keeps noisier surfaces, bridges wider gaps and takes longer.
         sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and sparser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.

@@ -866,8 +866,8 @@ class FilterMethods(metaclass=LateMethods):
                 'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
                 Larger is smoother. Takes a number of at least 0.
             iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
-            update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the
-                vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+            update: 'euler' moves vertices by the parameter 'step'. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the
+                mean includes the vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -1261,9 +1261,9 @@ class FilterMethods(metaclass=LateMethods):
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep
-                finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number
-                from 0 to 1000000.
+            modes: The number of modes (manifold harmonics), over all components; the last one stands in place of the detail
+                size. More keep finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a
+                whole number from 0 to 1000000.
             gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
                 them. Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
