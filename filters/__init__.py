@@ -1,4 +1,4 @@
-"""The mathematics of pymeshfair: pure functions of numpy arrays. Each folder has one family of filters, each module one idea.
+"""The mathematics of pymeshfair: pure functions of numpy arrays.
 
 No module here imports pymeshlab or other packages of pymeshfair, prints, or exits. Operators have the sign of ``igl.cotmatrix``:
 stiffness matrices are negative semidefinite. Citations are keys of ``docs/bibliography.bib``. Unless a function says otherwise,

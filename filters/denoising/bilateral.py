@@ -236,7 +236,6 @@ def _heights(points: Floats, around: _HeightNeighbours, heights: Floats) -> None
 
 @compiled(parallel=True)
 def _step(points: Floats, out: Floats, around: _HeightNeighbours, space: Term, height: Term) -> None:
-    """Moves all vertices by one step, from `points` to `out`."""
     moving = around.moving
     count = moving.shape[0]
     blocks = min(_BLOCKS, 1 + count // 1024)
@@ -337,10 +336,7 @@ class _Triangles(NamedTuple):
 
 
 def _mollified(points: Floats, shape: Floats, faces: Ints) -> tuple[Floats, Floats]:
-    """Returns (m, 3) the unit normals of the triangles at the points `shape`, and (m,) their areas at `points`.
-
-    A triangle that has next to no area in this shape, such as one that nothing is near to, has its own normal.
-    """
+    """Returns (m, 3) unit normals at the points `shape`, or at `points` if collapsed in `shape`; and (m,) areas at `points`."""
     own, vectors = cross_products(points, faces), cross_products(shape, faces)
     lengths = np.linalg.norm(own, axis=1)
     collapsed = np.linalg.norm(vectors, axis=1) <= _CANCELLED * lengths

@@ -24,7 +24,7 @@ RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, 
 _WITHOUT_LIMIT = 1 << 30
 # The radius that covers about one ring of faces that share a vertex, in mean distances of the centres of edge neighbours.
 _DISTANCES_OF_RING = 2.0
-# The `size` for `worth_reordering`: a pass reads about 2 faces, of 8 numbers each, per vertex; the unit is 3 numbers.
+# The `size` for `worth_reordering`, in units of 3 numbers: a pass reads about 2 faces, of 8 numbers each, per vertex.
 _SIZE = 6
 
 
@@ -140,7 +140,7 @@ class Adjacency:
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
-        """Returns the faces, ascending, whose neighbourhoods reach a border where the surface ends; `radius`: see `within`."""
+        """Returns the faces, ascending, whose neighbourhoods are cut off where the surface ends; `radius`: see `within`."""
         near = self.on_border & self.ends
         cut = near[self.faces].any(axis=1)
         for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if cut.any() else 0):

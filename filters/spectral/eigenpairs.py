@@ -26,7 +26,7 @@ _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
 #: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest eigenvalues. Then spectrum slicing,
-#: whose rounding is relative to each row, takes over if at most one in this many modes is wanted.
+#: whose rounding is relative to each row, takes over if 20 more rows exist than this many times the wanted modes.
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
@@ -149,7 +149,7 @@ def component_modes(
         raise ConvergenceError(
             f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
             f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} times its eigenvalue (the tolerance "
-            f"is {tolerance:.3g}), and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
+            f"is {tolerance:.3g}), and the highest eigenvalue is up to {highest / modes.kappa[1]:.3g} times the lowest above 0: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
     order = np.argsort(modes.kappa, kind="stable")

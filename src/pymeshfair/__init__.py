@@ -1,7 +1,7 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
 `MeshSet` replaces pymeshlab's class and has more filters. `Recipe` is a chain of filters as an object. `run` cleans a file in a
-separate process and returns a `RunResult`. Every error is a `PymeshfairError`; the module `errors` has its subclasses. `search`
+separate process and returns a `RunResult`. Every error is a `PymeshfairError`; `errors` has its main subclasses. `search`
 finds filters by words, and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains that filter. All names of pymeshlab
 are here too, so ``import pymeshfair as ml`` can replace ``import pymeshlab as ml``. The import loads neither pymeshlab nor numba.
 """

@@ -22,7 +22,7 @@ class BrokenPlugin:
     """A plugin, or one of its filters, that cannot be used."""
 
     distribution: str  # the package of the plugin
-    entry_point: str  # as in the metadata, e.g. ``scanlab = scanlab.filters``
+    entry_point: str  # as in the metadata, e.g. ``scanlab = scanlab.filters``; ``entry_points.txt`` if that file is broken
     reason: str  # the end of a sentence, or the class and the message of an exception
     details: str = ""  # the traceback
 

@@ -107,10 +107,12 @@ def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
         "intensity": rng.random(50),
         "classification": np.arange(250, 300, dtype=np.int32),
         "user_data": np.arange(50, dtype=np.float64),
+        "point_source_id": np.arange(50) / 2.0,
     }
     notes = save(MeshData(vertices=rng.random((50, 3)), vertex_attributes=attributes), tmp_path / "a.las", resolution=0.02)
     assert any("its intensity from 0 to 1 is stored as whole numbers from 0 to 65535" in note for note in notes)
     assert any("'classification' cannot hold numbers from 250 to 299: they are in 'classification_'" in note for note in notes)
+    assert any("'point_source_id' cannot hold fractions from 0 to 24.5: they are in" in note for note in notes)
     again = read_file(tmp_path / "a.las").mesh.vertex_attributes
     np.testing.assert_array_equal(again["intensity"], np.rint(attributes["intensity"] * 65535))
     np.testing.assert_array_equal(again["classification_"], attributes["classification"])

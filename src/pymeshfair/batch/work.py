@@ -337,7 +337,7 @@ class Task:
             yield pool
 
     def carry_out(self, listener: Listener, pool: Pool | None = None) -> Summary:
-        """Does the batch; writes ``batch.json`` and ``batch.csv``, also after Ctrl-C, and ``batch.html`` for a report."""
+        """Does the batch; writes outcomes to ``batch.json`` and ``batch.csv``, also after Ctrl-C; a report to ``batch.html``."""
         started, clock = now(), time.monotonic()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

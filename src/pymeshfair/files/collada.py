@@ -20,7 +20,6 @@ from .polygons import edges_of, triangles_of
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-#: how many numbers a transformation has
 _TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
@@ -185,7 +184,9 @@ class _Reader:
         if set(names[:3]) <= set(params):
             places = [params.index(p) for p in names if p in params]
         least = 3 if semantic != "TEXCOORD" else 2
-        if len(places) < least or max(places) >= stride:
+        if max(places, default=0) >= stride:
+            raise ContentsError(f"an accessor of its {name} selects value {max(places) + 1} of {stride}")
+        if len(places) < least:
             raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of its {name} needs more than its {len(values):,} numbers: {count:,} x {stride:,}")
@@ -255,7 +256,9 @@ def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]
         lengths = indices(" ".join(c.text or "" for c in p.iterfind("vcount")), "the numbers of corners")
     else:
         lengths = np.array([len(corners) // stride for corners in lists], np.int64)
-    if len(lengths) != count or (lengths < 0).any():
+    if (lengths < 0).any():
+        raise ContentsError(f"a number of corners of its {kind} is below 0")
+    if len(lengths) != count:
         raise ContentsError(f"it declares {count:,} {kind}, but has {len(lengths):,}")
     if len(table) != int(lengths.sum()) * stride:
         raise ContentsError(f"its {count:,} {kind} take {int(lengths.sum()) * stride:,} indices, but {len(table):,} are there")
@@ -270,12 +273,12 @@ def _whole(part: Element, name: str, least: int | None = None) -> int:
     """Parses a whole-number attribute of an element; `least` is its lower bound and its default."""
     text = part.get(name, "" if least is None else str(least))
     if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
-        raise ContentsError(f"the {name} of a {part.tag} of it is {quoted(text)}")
+        raise ContentsError(f"the {name} of a {part.tag} of it is {quoted(text)}, no whole number from {least or 0} to 10^15 - 1")
     return int(text)
 
 
 def _offset(part: Element) -> int:
     text = part.get("offset", "0")
     if text not in map(str, range(32)):
-        raise ContentsError(f"the offset of an input of it is {quoted(text)}")
+        raise ContentsError(f"the offset of an input of it is {quoted(text)}, no whole number from 0 to 31")
     return int(text)

@@ -15,7 +15,7 @@ def reason_of(error: OSError) -> str:
 
 
 class FileError(RunError):
-    """A file, or one of its side files, cannot be used; `reason` is one sentence."""
+    """A file, or one of its side files, cannot be used; `reason` says why."""
 
     verb = "use"
 

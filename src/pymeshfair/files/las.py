@@ -284,7 +284,8 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
                 continue
             if not (whole and standard[name].min <= least and most <= standard[name].max):
                 stored_name = f"{name}_"
-                notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {stored_name!r}")
+                what = "numbers" if whole else "fractions"
+                notes.append(f"the format's {name!r} cannot hold {what} from {least:g} to {most:g}: they are in {stored_name!r}")
         stored[name] = stored_name, 1.0
         if is_declared(header, stored_name, values):
             continue

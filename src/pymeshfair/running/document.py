@@ -21,7 +21,7 @@ from ..scripts.script import Step
 if TYPE_CHECKING:
     from ..door import Door
 
-#: MeshLab's filters that copy elements without their numbers: the door compares the mesh before and after such a step alone
+#: MeshLab's filters that drop the numbers of elements: each runs in a door of its own, which finds old elements by their places
 _COPIES = frozenset({"meshing_repair_non_manifold_edges"})
 
 

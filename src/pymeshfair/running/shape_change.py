@@ -161,9 +161,7 @@ class Folded:
 class ShapeChange:
     """The change of shape by a run."""
 
-    #: the relative change of each side of the bounding box; None where the side was 0. It is the box of the vertices of faces, or
-    #: of all vertices if there are no faces.
-    sides: Sides
+    sides: Sides  # the relative change of each side of the bounding box; None where the side was 0
     #: the same changes without noise, see `side_changes`; None unless a side changed much and both meshes have the same faces
     sides_without_noise: Sides | None
     area: float | None  # the relative change of the area; None if the input has no area
@@ -171,13 +169,13 @@ class ShapeChange:
     moved: Moved | None  # None if there are no vertices to compare
     added: Part
     removed: Part
-    turned: int | None  # the number of faces whose normals turned by more than 90 degrees; None if elements were added or removed
-    folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if elements were added or removed
+    turned: int | None  # the number of faces that turned by more than 90 degrees; None if the vertex count or the faces differ
+    folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if `turned` is None
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
-    #: sample is measured. None if no vertex moved, or if the noise hides all relief or has impulses
+    #: sample is measured. None if no followed vertex moved, or if the noise hides all relief or has impulses
     relief_lost: float | None = None
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide, in mean edges; 0 if it hides none or all
-    sharp_kept: float | None = None  # the kept share of the sharp edges' length; None if no edge was sharp or no vertex moved
+    sharp_kept: float | None = None  # the kept share of sharp edges' length; None if there were none or no followed vertex moved
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
@@ -234,14 +232,14 @@ def _details(origins: Origins, edge: float) -> dict[str, Any]:
 def warnings_of(
     change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str], *, keeps_relief: bool = False
 ) -> Iterator[str]:
-    """Yields warnings about a change of shape, with advice; on dimensions and moves only if no element was added or removed."""
+    """Yields warnings about a change of shape, with advice; on dimensions and moves only if `turned` is known."""
     growth = (change.added.share or 0.0) - (change.removed.share or 0.0)
     if change.moved is not None and growth > LARGEST_ADDED:
         yield (
             f"new surface was added without measurements, {growth:.0%} of the scanned area: look at it"
             if change.moved.same
-            else f"the new surface has {growth:.0%} more area than the scan, and this part is unmeasured: look at it; if the "
-            "surface also covers the inner side, it is a thin shell: fill_holes_smoothly and prepare_for_print close the openings"
+            else f"the new surface has {growth:.0%} more area than the scan, and this part is unmeasured: look at it; if it "
+            "also covers the inner side, it is a thin shell: take fill_holes_smoothly or prepare_for_print instead"
         )
     moved = None if change.turned is None else change.moved
     dimensions = moved and change.sides_without_noise is not None and _is_large(change.sides_without_noise)

@@ -1,7 +1,6 @@
 """Brings a script of an older MeshLab up to date, by the table of facts about former filters and parameters.
 
-Every change says whether the script keeps its meaning, and if not, what it does now. Unknown filters stay, and are refused as in
-any other script.
+Unknown filters stay, and are refused as in any other script.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ from .write import NOMINAL_EDGE
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes the default"
-_MISREAD = "today's MeshLab reads another value here: 0 or the default"
+_MISREAD = "today's MeshLab reads another value in the old script: 0 or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that were new and selected; now on the whole mesh"
@@ -126,15 +125,15 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
             changes.append(note(what=target[0], meaning=target[1]))
             continue
         if isinstance(target, Mapping):
-            values = ", ".join(f"{new}={text}" for new, text in target.items()) or "today's default is the same"
-            changes.append(note(what=f"is left out: {values}"))
+            values = ", ".join(f"{new}={text}" for new, text in target.items())
+            changes.append(note(what=f"is {values} now" if values else "is left out: today's default is the same"))
             for new, text in target.items():
                 params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
             continue
         if target != name:
             changes.append(note(what=f"is {target!r} now"))
         if target in params:
-            meaning = "" if params[target].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
+            meaning = "" if params[target].attributes == param.attributes else "the values differ, and the last one is kept"
             changes.append(note(what="was given several times, and is given once now", meaning=meaning))
         attributes, parameter = {**param.attributes, "name": target}, declared[target]
         if any(target in former.relabelled for former in facts):  # choices have new words, but their numbers mean the same
@@ -159,7 +158,7 @@ def _fact(
         if name in former.drops:
             neutral, number = former.drops[name], parsed(value)
             same = neutral is None or value.strip().lower() == neutral or (number is not None and number == parsed(neutral))
-            return _GONE, "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
+            return _GONE, "" if same else f"MeshLab has no such parameter any more and works as with {neutral!r}"
         if name in former.loses:
             return _GONE, former.loses[name]
     by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]

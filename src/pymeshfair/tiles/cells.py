@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: for each tile the first cell (or slot), and the cell (or slot) after the last one
 Ranges: TypeAlias = list[tuple[int, int]]
-#: points of a cell, and the most cells of a cloud: cells of a larger cloud have more points, so that lists of cells stay small
+#: points of a cell, and about the most cells of a cloud: a huge cloud has larger cells, so that lists of cells stay small
 CELL, MOST_CELLS = 512, 1 << 18
 #: yields (n, 3) coordinates and (n,) numbers (indices in the input), slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]

@@ -25,7 +25,7 @@ from .workers import Tasks
 
 #: the largest number of points of surrounding cells in memory: `_AROUND` times the points of a tile, at least `_LEAST_AROUND`
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
-#: multiples of the largest tile's size: how many points search surrounding cells at once, and how many cells their lists have
+#: multiples of the largest tile's size: how many points search surrounding cells at once, and the most cells they list in total
 _SEARCHING, _LISTED = 0.125, 8
 #: number of points whose neighbours in the tile are sorted at once
 _AT_ONCE = 4096
@@ -76,10 +76,7 @@ class TilePoints:
         return ordered
 
     def search_around(self, most: int) -> Iterator[tuple[NDArray[np.intp], Nearest]]:
-        """Yields rows of points that may have neighbours in other tiles, block by block, with their neighbours in the cloud.
-
-        A tile has at most `most` points.
-        """
+        """Yields rows of points that may have neighbours in other tiles, and their neighbours; a tile has up to `most` points."""
         k = self.nearest.shape[1]
         # If the tile has too few points for k neighbours, its own cells are searched like the cells around it.
         tile = (self.first, self.last) if len(self.slots) > k else (0, 0)
@@ -227,7 +224,6 @@ class StrayTiles(PointTiles):
         tasks.map(self.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes neighbours, spacings and thicknesses of the points of a tile."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         thickness = outliers.thicknesses(tile.points, tile.numbers, tile.nearest)
         slots, lasts = tile.slots[tile.nearest], tile.numbers[tile.nearest[:, -1]]
@@ -244,7 +240,6 @@ class StrayTiles(PointTiles):
             column.write(tile.begin, tile.by_slot(values))
 
     def _thicknesses_of(self, points: Floats, nearest: Nearest) -> Floats:
-        """Returns the thicknesses of points with neighbours in any tile."""
         count, k = nearest.slots.shape
         around = self.cells.points.gather(nearest.slots).reshape(-1, 3) / self.cells.scale
         rows = np.arange(count * (k + 1), dtype=np.int32)  # the points, then their neighbours
@@ -313,7 +308,6 @@ class StrayTiles(PointTiles):
         return stray
 
     def finish(self, stray: Longs, first: int, last: int) -> None:
-        """Marks the points of the `stray` parts."""
         begin, end = self.cells.slots_of(first, last)
         is_stray = np.isin(self._parts.read(begin, end), stray)
         self.amend(first, last, self.cells.numbers.read(begin, end)[is_stray], 1)
@@ -353,7 +347,6 @@ class NormalTiles(PointTiles):
         tasks.map(self.finish, [(flipped, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
 
     def find(self, first: int, last: int) -> None:
-        """Writes the neighbours of the points of a tile."""
         tile = TilePoints.of(self.cells, first, last, self.k)
         slots = _by_number(tile.numbers[tile.nearest], tile.slots[tile.nearest])
         for rows, nearest in tile.search_around(self.most):

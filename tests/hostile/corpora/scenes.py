@@ -19,7 +19,7 @@ ROWS = (
     ("inf.dae", D(points="INF 0 0 1 0 0 0 1 0"), "number 1 of the array 'a' is not finite"),
     ("neg.dae", D(corners="0 1 -1"), "number 3 of the corners of its mesh 'g' is -1, which is no index into 3 values"),
     ("float.dae", D(corners="0 1 1.5"), "number 3 of the corners of its triangles is no whole number"),
-    ("count_neg.dae", D(count=-9), "the count of a float_array of it is '-9'"),
+    ("count_neg.dae", D(count=-9), "the count of a float_array of it is '-9', no whole number from 0 to 10^15 - 1"),
     ("count_less.dae", D(count=6), "its array 'a' declares 6 numbers, but has 9"),
     ("acc_less.dae", D(accessor=2), "number 3 of the corners of its mesh 'g' is 2, which is no index into 2 values"),
     (
@@ -97,7 +97,21 @@ ROWS = (
     ),
     ("cdata.dae", D(corners="<![CDATA[0 1 2]]>"), (3, 1)),
     ("comment.dae", D(corners="0 <!-- x --> 1 2"), (3, 1)),
-    ("offset.dae", D().replace('offset="0"', 'offset="99"'), "the offset of an input of it is '99'"),
+    (
+        "offset.dae",
+        D().replace('offset="0"', 'offset="99"'),
+        "the offset of an input of it is '99', no whole number from 0 to 31",
+    ),
+    (
+        "stride_less.dae",
+        D().replace('stride="3"/>', 'stride="2"><param name="X"/><param name="Y"/><param name="Z"/></accessor>'),
+        "an accessor of its array 'a' selects value 3 of 2",
+    ),
+    (
+        "vcount_neg.dae",
+        D().replace("triangles", "polylist").replace("<p>", "<vcount>-3</vcount><p>"),
+        "a number of corners of its polylist is below 0",
+    ),
     (
         "noscene.dae",
         D().replace('<scene><instance_visual_scene url="#s"/></scene>', ""),
