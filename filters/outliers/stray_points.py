@@ -37,7 +37,6 @@ class StrayRule:
     smallest_part: int
 
     def on_surface(self, spacing: Floats, median: float, thickness: Floats, links: Longs) -> Bools:
-        """Returns (n,) which points are on a surface."""
         sparse = spacing / (self.sparseness * median or 1.0)
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
@@ -68,8 +67,6 @@ def stray_points(
        this spacing or a thickness of at most 0.06 is enough. Then, twice, all points with k / 4 links to kept points are kept.
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
-
-    The result does not depend on the unit, the position or the order of the points.
 
     Args:
         points: (n, 3) finite coordinates.

@@ -180,7 +180,7 @@ def abandoned_folders(parent: Path) -> list[Path]:
 
 def _is_abandoned(folder: Path) -> bool:
     if folder.name.endswith(_GONE):
-        return True  # another process may remove it at the same time
+        return True
     with contextlib.suppress(OSError):
         try:
             with (folder / _LOCK).open("rb") as lock:

@@ -440,10 +440,10 @@ class FilterMethods(metaclass=LateMethods):
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
                 stay sharp; 'scalar': parts with a high vertex scalar.
-            feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight;
-                noise is filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar': the vertex scalar q0 at which smoothing has half weight; the weight is 1 / (1 + (q /
-                q0)^2) at a scalar q. Larger keeps only parts with higher scalars. Takes a number from 1e-30 to 1e+30.
+            feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which W is 1/2; noise is
+                filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
+            feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher
+                scalars. Takes a number from 1e-30 to 1e+30.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -866,8 +866,8 @@ class FilterMethods(metaclass=LateMethods):
                 'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
                 Larger is smoother. Takes a number of at least 0.
             iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
-            update: 'euler' takes the step above. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the
-                vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+            update: 'euler' uses the step. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the vertex
+                itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -5814,8 +5814,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue
         colours and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the
-        numbers of closed holes, new vertices, new faces, holes with joined islands and holes with a lower energy, the number of
-        open rims by reason, and the number of edges of each closed and each open rim; notes name the largest rims.
+        numbers of closed holes, new vertices, new faces, holes with joined islands and holes filled with a lower energy than
+        asked for, the number of open rims by reason, and the number of edges of each closed and each open rim; notes name the
+        largest rims.
 
         Args:
             max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges
