@@ -70,7 +70,7 @@ def stray_points(
 
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. Larger tells haze from surfaces with more noise, bridges wider gaps and takes longer.
+        neighbors: k, from 1 to n - 1. Larger tells noisier surfaces from haze, bridges wider gaps and takes longer.
         sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and sparser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.

@@ -584,9 +584,9 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more.
                 'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
-                neighbours, degree and, if automatic, range sigma with one of the least prediction errors at held-out points.
-                Takes a whole number from 0 to 10000, or 'auto'.
+            iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' chooses the
+                iterations, neighbours, degree and, if automatic, range sigma together, for a small prediction error at held-out
+                points. Takes a whole number from 0 to 10000, or 'auto'.
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
                 quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours. Takes a whole number from 1 to 2.
             use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
@@ -1261,9 +1261,9 @@ class FilterMethods(metaclass=LateMethods):
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: The number of modes (manifold harmonics) to keep, over all components, instead of the detail size. More keep
-                finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number
-                from 0 to 1000000.
+            modes: The number of modes (manifold harmonics), over all components; the last one's wavelength replaces the detail
+                size. More keep finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a
+                whole number from 0 to 1000000.
             gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
                 them. Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
