@@ -335,8 +335,8 @@ def apply_coord_bilateral_projection_of_points(
         neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges.
         space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more. 'auto'
             takes it from the mean distance of the farthest neighbour.
-        iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
-            neighbours, degree and, if automatic, range sigma with one of the least prediction errors at held-out points.
+        iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' chooses the iterations,
+            neighbours, degree and, if automatic, range sigma together, for a small prediction error at held-out points.
         degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
             quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
         use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.

@@ -44,10 +44,9 @@ def apply_coord_bilaplacian_smoothing(
             strongly, 0.2 mildly. 0: not used, the detail size decides.
         features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle, stay
             sharp; 'scalar': parts with a high vertex scalar.
-        feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight; noise
-            is filtered out beforehand. Larger keeps only sharper ridges.
-        feature_scalar: For 'scalar': the vertex scalar q0 at which smoothing has half weight; the weight is
-            1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
+        feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which W is 1/2; noise is filtered out
+            beforehand. Larger keeps only sharper ridges.
+        feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise moving.no_amount(layer, "weight")

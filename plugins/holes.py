@@ -41,8 +41,8 @@ def meshing_close_holes_by_fairing(
 
     Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue colours
     and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the numbers of
-    closed holes, new vertices, new faces, holes with joined islands and holes with a lower energy, the number of open rims by
-    reason, and the number of edges of each closed and each open rim; notes name the largest rims.
+    closed holes, new vertices, new faces, holes with joined islands and holes filled with a lower energy than asked for, the
+    number of open rims by reason, and the number of edges of each closed and each open rim; notes name the largest rims.
 
     Args:
         max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges takes half

@@ -114,8 +114,8 @@ def apply_coord_explicit_smoothing(
             the normal; 'robust' also works on point clouds, slivers and non-manifold meshes.
         step: How far a vertex moves towards the mean of its neighbours, as a share, above 0 and at most 1; for 'scale_dependent',
             'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger is smoother.
-        update: 'euler' moves vertices by the parameter 'step'. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean
-            includes the vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+        update: 'euler' uses the step. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the vertex
+            itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
     """
     has_unit = operator in ("scale_dependent", "laplace_beltrami", "robust")  # L in 1 / length^2, the step in length^2
     unit = moving.squared_mean_edge(layer) if has_unit else 1.0

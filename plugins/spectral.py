@@ -52,7 +52,7 @@ def apply_coord_spectral_filter(
             keeps only this band, for inspection.
         largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four detail
             sizes.
-        modes: The number of modes (manifold harmonics), over all components; the last one stands in place of the detail size.
+        modes: The number of modes (manifold harmonics), over all components; the last one's wavelength replaces the detail size.
             More keep finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides.
         gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens them.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples

@@ -262,7 +262,7 @@ def single_thread() -> Iterator[None]:
 class Compilation:
     """The compilations of this process so far."""
 
-    kernels: int = 0  # begun; a kernel that another kernel calls is compiled with it and not counted
+    kernels: int = 0  # those whose compilation has begun; a kernel that another kernel calls is compiled with it and not counted
     seconds: float = 0.0  # the total time of the finished ones
     is_going_on: bool = False
 

@@ -1,4 +1,4 @@
-"""Feature-preserving denoising by robust statistics of normals and neighbours; each module has one technique."""
+"""Feature-preserving denoising by robust statistics of normals and neighbours."""
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JonesBorder, bilateral_fleishman, bilateral_jones

@@ -26,8 +26,8 @@ RelaxationDirection: TypeAlias = Literal["all", "normal"]
 
 # The least tangential noise that counts as noise in all directions, as a share of the noise along the normals.
 _ALL_DIRECTIONS = 0.85
-#: `HALF_WAY`: the share of their moves that the first pass of `unfolded` leaves to corners of newly folded faces; with 0, spikes
-#: would come back. `RINGS_OF_UNFOLDING`: the rings of faces around a vertex on which its place after one pass depends.
+#: The share of their moves that corners of newly folded faces keep in the first pass of `unfolded` (0 would restore spikes), and
+#: the number of rings of faces around a vertex on which its place after one pass depends.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
 
 
@@ -176,7 +176,7 @@ def relaxed_part(
 
 
 def rings_of_relaxation(iterations: int) -> int:
-    """Returns the number of rings of faces around a vertex on which `relaxed` depends, apart from outlines."""
+    """Returns the number of rings of faces around a vertex on which its position after `relaxed_part` depends."""
     return max(2 * iterations, RINGS_OF_SMOOTH_NORMALS)
 
 

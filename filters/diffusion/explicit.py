@@ -177,7 +177,7 @@ def taubin_fairing(
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
-        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for k = 2 (k = 3/2 with "uniform" on a complete mesh whose edges all
+        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for k = 2 (k = 3/2 with "uniform" on a whole mesh whose edges all
             have two faces), so the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
     check_choice("operator", operator, TaubinOperator)

@@ -91,7 +91,7 @@ def _enclose(points: Floats, faces: Ints, indices: Ints, leaves: int, triangles:
 
 @compiled(nogil=True)
 def _search(tree: TriangleTree, queries: Floats, faces: Longs, weights: Floats, distances: Floats, first: int, last: int) -> None:
-    """Writes the nearest place for the queries from `first` to `last`; visits the nearer child of a node first."""
+    """Writes the nearest place for the queries from `first` to before `last`; visits the nearer child of a node first."""
     triangles, indices, boxes, leaves, rounding = tree
     stack = np.empty((_STACK, 3), np.int64)
     gaps = np.empty(_STACK)
@@ -230,7 +230,7 @@ class Surface:
         """Returns (t,) upper bounds of the local distances of points in t triangles with (t, 3, 3) corners at (t, 3) distances.
 
         Each point is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds the corner's
-        by at most L / sqrt(3). The distance to any of the (t, k) triangles `beside` of `mesh` is convex, so largest at a corner.
+        by at most L / sqrt(3). The distance to each triangle of `mesh` in (t, k) `beside` is convex, so largest at a corner.
         """
         bounds, rows = np.empty(len(corners)), self._row_of[beside]
         over_range(_bound, len(corners), self._tree.triangles, np.ascontiguousarray(corners), distances, rows, bounds)

@@ -329,7 +329,7 @@ def _subtract_panel(front: Floats, begin: int, end: int, left: int) -> None:
 
 @compiled(nogil=True)
 def _subtract(front: Floats, first: int, last: int, left: int, right: int) -> None:
-    """Subtracts L D L^T of a block of up to eight columns from the columns `left` to `right`, unrolled for speed."""
+    """Subtracts L D L^T of a block of up to eight columns from the columns from `left` to before `right`, unrolled for speed."""
     a, b, c, d = front[first], front[min(first + 1, last - 1)], front[min(first + 2, last - 1)], front[min(first + 3, last - 1)]
     e, f, g = front[min(first + 4, last - 1)], front[min(first + 5, last - 1)], front[min(first + 6, last - 1)]
     h = front[min(first + 7, last - 1)]

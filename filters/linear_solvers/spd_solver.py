@@ -145,7 +145,7 @@ class SpdSolver:
             progress: called every few steps; may raise to stop.
 
         Raises:
-            ConvergenceError: all methods stall; the message gives the backward errors they reached.
+            ConvergenceError: conjugate gradients stall, and factors fail or A is not positive definite to rounding.
         """
         b = self._system.columns(right_side)
         guess = None if start is None else self._system.columns(start)

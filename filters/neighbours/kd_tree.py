@@ -28,9 +28,9 @@ STACK = 64
 _INDEX = 3
 #: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: The index bound that lets every point at exactly the distance bound be a candidate.
+#: An index above all others, as a bound on indices: a point at exactly the bound on distances must have a lower index.
 ANY_INDEX = 2**62
-#: Guesses at a distance before an exact selection: with equal distances all guesses may fail.
+#: How many distances `keep_nearest` tries before it selects exactly: with equal distances every try may fail.
 _GUESSES = 6
 #: The approximate share of the whole time that building the tree takes.
 _BUILDING = 0.2
@@ -291,7 +291,7 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
 
 
 def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int]:
-    """Returns the points as (n, 3) float64, and k; refuses a cloud of k points or fewer. Errors call k by its `name`."""
+    """Returns the points as (n, 3) float64, and k; refuses a cloud of k points or fewer."""
     cloud, k = check_points(points), check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(

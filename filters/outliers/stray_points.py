@@ -37,7 +37,6 @@ class StrayRule:
     smallest_part: int
 
     def on_surface(self, spacing: Floats, median: float, thickness: Floats, links: Longs) -> Bools:
-        """Returns (n,) which points are on a surface."""
         sparse = spacing / (self.sparseness * median or 1.0)
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
@@ -69,11 +68,9 @@ def stray_points(
     3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
        with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 
-    The result does not depend on the unit or position of the points, and on their order only where distances are equal.
-
     Args:
         points: (n, 3) finite coordinates.
-        neighbors: k, from 1 to n - 1. Larger keeps noisier surfaces, bridges wider gaps and takes longer.
+        neighbors: k, from 1 to n - 1. Larger tells noisier surfaces from haze, bridges wider gaps and takes longer.
         sparseness: at least 1, in median spacings. Larger keeps points farther from a surface, and sparser haze.
         smallest_part: in points. Larger removes larger clumps, and larger islands of the surface too.
         progress: called with the share of the work done.

@@ -216,7 +216,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 class Submesh(NamedTuple):
     """Free vertices with rings of fixed vertices around them."""
 
-    vertices: Ints  # (n,) indices in the mesh, ascending
+    vertices: Ints  # (n,) indices in the mesh of the corners of `faces`, ascending
     faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not
@@ -224,10 +224,7 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """Returns the free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last.
-
-    Border vertices of the mesh and vertices without a triangle are not free in the result.
-    """
+    """Returns the free vertices with `rings` >= 1 rings around: all faces at free vertices and at all rings but the last."""
     inside = free.copy()
     chosen = _touching(faces, inside)
     for _ in range(rings - 1):

@@ -300,14 +300,14 @@ def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
 
 
 def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.int64] | None, NDArray[np.int64] | None]:
-    """The numbers of elements in the place of a sent one, after a filter that copies without numbers; None if none has one."""
+    """The numbers of elements that lie where a sent one lies, for filters that copy without numbers; None if no vertex does."""
     of_vertices, first = _first_equal(vertices, sent.vertices), _first_equal(sent.vertices, sent.vertices)
     if of_vertices.max() < 0:
         return None, None
     of_faces = _first_equal(np.sort(of_vertices[faces], axis=1), np.sort(first[sent.faces], axis=1))
     new, old = faces[of_faces >= 0], sent.faces[of_faces[of_faces >= 0]]
     order, place = np.argsort(of_vertices[new], axis=1), np.argsort(first[old], axis=1)
-    of_vertices[np.take_along_axis(new, order, 1)] = np.take_along_axis(old, place, 1)  # of several in a place that of the face
+    of_vertices[np.take_along_axis(new, order, 1)] = np.take_along_axis(old, place, 1)  # of equal vertices, that of the face
     return of_vertices, of_faces
 
 
@@ -363,7 +363,7 @@ def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count:
 
 
 def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Scales normals to length 1, since some MeshLab filters leave sums of face normals; 0 and normals as `sent` stay."""
+    """Scales normals to length 1: some MeshLab filters leave sums of face normals. Keeps zeros and normals equal to `sent`."""
     lengths = np.linalg.norm(normals, axis=1)
     changed = True if sent is None or not len(sent) else (ids < 0) | (normals != sent[ids]).any(axis=1)
     scaled = changed & (lengths > 0)

@@ -1,4 +1,4 @@
-"""The exceptions of pymeshfair and its filters; every message says what is wrong, where, and what to do next."""
+"""The exceptions of pymeshfair and its filters."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class UnknownNameError(PymeshfairError, LookupError):
 
 
 class ParameterError(PymeshfairError, ValueError):
-    """A parameter's value has the wrong type or lies outside its bounds."""
+    """A parameter or an option has a value that is not allowed."""
 
 
 class MissingExtraError(PymeshfairError, ImportError):
@@ -123,7 +123,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
         self.status = status  # the exit status; -n if signal n ended the process
         self.details = details  # the end of the worker's stderr
         if self.signal is None:
-            cause = f"ended with exit status {status}, which it never does by itself"
+            cause = f"ended with exit status {status}, without a report"
         elif self.signal == "SIGKILL":
             cause = "was killed (SIGKILL): by hand, or by the system because memory ran out"
         else:

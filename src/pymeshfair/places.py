@@ -14,5 +14,5 @@ def counted(count: int, one: str, several: str = "") -> str:
 
 
 def distance_unit(area_change: float | None) -> str:
-    """The mean distance that displacements are compared with: edges, or the spacings of a cloud, which has no area to change."""
+    """Names the unit of displacements: mean edges of a mesh, or mean spacings of a cloud, which has no area to change."""
     return "spacings" if area_change is None else "edges"

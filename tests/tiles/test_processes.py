@@ -130,7 +130,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     ("program", "said"),
     [
         (GREEDY, "a tile needs more memory than the run may use; allow it more"),
-        (DEADLY, "each attempt at a tile ended its worker (the worker process ended with status -9), perhaps for lack of memory"),
+        (DEADLY, "each worker that tried a tile ended (the worker process ended with status -9), perhaps for lack of memory"),
     ],
     ids=["greedy", "deadly"],
 )

@@ -160,5 +160,5 @@ def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     conversation._recipes["smooth_taubin"] = load_recipe("smooth_taubin")
     for name in ("scan.ply", "link.ply"):
         order = {"recipe": "smooth_taubin", "steps": sent("smooth_taubin"), "name": name, "replace": True}
-        with pytest.raises(ParameterError, match=f"{name} is the scan, which is not changed: give another name"):
+        with pytest.raises(ParameterError, match=f"{name} is the scan, which must stay as it is: give another name"):
             asyncio.run(conversation.finish(order))

@@ -1,1 +1,1 @@
-"""Runs one recipe on many scans, each in its own worker process, on one machine or several; a journal lets a batch resume."""
+"""Runs one recipe on many scans in worker processes, on one machine or several; a journal lets a batch resume."""

@@ -184,7 +184,7 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
         raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
     folders = abandoned_folders(folder)
     if not folders:
-        yield Finding("left files", True, f"{folder} has no folder of a killed run")
+        yield Finding("left files", True, f"no folder of a killed run was found in {folder}")
     for path in folders:
         size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
         if remove:

@@ -1,4 +1,4 @@
-"""``pymeshfair spectrum MESH``: the energy of a shape at each wavelength, as a table or a picture."""
+"""``pymeshfair spectrum MESH``: the spectrum of a shape, as a table or a picture."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def spectrum(
 ) -> None:
     """Show the spectrum of a shape: the energy at each wavelength, from its largest parts to its noise.
 
-    Towards short waves the energy falls. Where noise begins, it turns flat or rises: the wavelength there is a good detail size.
+    The energy falls towards short waves, but is flat or rises where noise begins: take that wavelength as detail size of filters.
     """
     from ..errors import require_extra
     from ..files.formats import extension
@@ -78,10 +78,7 @@ _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 
 
 def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> bytes:
-    """Draws spectra, given by name as ``get_surface_spectrum`` returns them; returns the bytes of a png, svg or pdf file.
-
-    Bands are drawn as steps and single modes as dots, on logarithmic axes; the upper axis shows wavelengths.
-    """
+    """Draws spectra, given by name as ``get_surface_spectrum`` returns them; returns the bytes of a png, svg or pdf file."""
     import numpy as np
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

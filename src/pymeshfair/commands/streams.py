@@ -98,7 +98,7 @@ def say(*texts: object, err: bool = False) -> None:
 
 
 def printable(text: object) -> str:
-    """The text with control characters escaped, because terminals execute them."""
+    """The text with unprintable characters escaped, since terminals may execute them; newlines and tabs stay."""
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
 
 

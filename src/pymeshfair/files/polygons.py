@@ -49,7 +49,7 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
     triangles: Longs  # (p,) the triangle of the first corner of each polygon
-    notes: tuple[str, ...] = ()  # about polygons left as triangles: of one triangle, with several rims or inner vertices
+    notes: tuple[str, ...] = ()  # on polygons that stay triangles, since they have one triangle, several rims or inner vertices
 
 
 def outlines(faces: Ints, polygon: Array | None) -> Outlines:

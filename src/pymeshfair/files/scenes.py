@@ -202,7 +202,7 @@ class Assembly:
         self._parts.append((part, matrix))
 
     def texture(self, name: str, load: Callable[[str], Path | bytes | None] | None = None) -> int:
-        """Returns the number of a texture; `load` reads its image once, by default from the folder of the mesh."""
+        """Returns the number of a texture; a new one gets the path or bytes of its image from `load`, by default `find_image`."""
         if name not in self._textures:
             self._textures[name] = len(self._textures), Texture(name, (load or self._references.find_image)(name))
         return self._textures[name][0]

@@ -215,7 +215,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Blanks a byte order mark, and backslashes before line ends with these line ends; keeps the length. May blank comments."""
+    """Replaces a byte order mark, backslashes at line ends with their line ends, and perhaps comments by as many blanks."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # the backslash at the end of `# from C:\scans\` joins no lines

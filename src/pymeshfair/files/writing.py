@@ -1,6 +1,6 @@
 """Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
 
-An output is replaced on request, or if it is unchanged since a run with the same input, recipe, layers and unit wrote it.
+A run replaces a file on request, or if it is unchanged since a run with the same input, recipe, layers and unit wrote it.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
 A power failure or a killed process may leave a staging folder behind. The next run that writes beside the folder removes it if
 no process holds the lock in the folder. On a system without locks users remove such folders.
@@ -180,7 +180,7 @@ def abandoned_folders(parent: Path) -> list[Path]:
 
 def _is_abandoned(folder: Path) -> bool:
     if folder.name.endswith(_GONE):
-        return True  # it is being removed
+        return True
     with contextlib.suppress(OSError):
         try:
             with (folder / _LOCK).open("rb") as lock:

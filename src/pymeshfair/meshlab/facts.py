@@ -154,7 +154,7 @@ def former_filters() -> Mapping[str, Former]:
 
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
-    """Maps old names in plain form to entries, except names that differ from today's name only in case or blanks."""
+    """Maps old names in plain form to entries, without those whose plain form is still today's: these are not old."""
     return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
 
 

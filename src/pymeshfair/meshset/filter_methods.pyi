@@ -440,10 +440,10 @@ class FilterMethods(metaclass=LateMethods):
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
                 stay sharp; 'scalar': parts with a high vertex scalar.
-            feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which a ridge has half weight;
-                noise is filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar': the vertex scalar q0 at which smoothing has half weight; the weight is 1 / (1 + (q /
-                q0)^2) at a scalar q. Larger keeps only parts with higher scalars. Takes a number from 1e-30 to 1e+30.
+            feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which W is 1/2; noise is
+                filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
+            feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher
+                scalars. Takes a number from 1e-30 to 1e+30.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -584,9 +584,9 @@ class FilterMethods(metaclass=LateMethods):
             space_sigma: The distance at which the weight of neighbours falls. Larger makes distant neighbours count more.
                 'auto' takes it from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding
                 box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
-            iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' takes the iterations,
-                neighbours, degree and, if automatic, range sigma with one of the least prediction errors at held-out points.
-                Takes a whole number from 0 to 10000, or 'auto'.
+            iterations: The number of steps. More steps smooth more, take longer, and shrink more. 'auto' chooses the
+                iterations, neighbours, degree and, if automatic, range sigma together, for a small prediction error at held-out
+                points. Takes a whole number from 0 to 10000, or 'auto'.
             degree: 1 moves points to the mean height of their neighbours, 2 onto the quadric that fits these heights best. With
                 quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours. Takes a whole number from 1 to 2.
             use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
@@ -866,8 +866,8 @@ class FilterMethods(metaclass=LateMethods):
                 'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability.
                 Larger is smoother. Takes a number of at least 0.
             iterations: The number of steps. More steps smooth more. Takes a whole number from 0 to 100000.
-            update: 'euler' moves vertices by the parameter 'step'. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the
-                mean includes the vertex itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
+            update: 'euler' uses the step. 'meshlab' is the rule of MeshLab's Laplacian Smooth: the mean includes the vertex
+                itself, and the step is not used; only with the operators 'uniform' and 'cotangent'.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -1261,7 +1261,7 @@ class FilterMethods(metaclass=LateMethods):
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger includes larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0, or 'auto'.
-            modes: The number of modes (manifold harmonics), over all components; the last one stands in place of the detail
+            modes: The number of modes (manifold harmonics), over all components; the last one's wavelength replaces the detail
                 size. More keep finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a
                 whole number from 0 to 1000000.
             gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
@@ -5814,8 +5814,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Old elements stay as they are, textures too. New vertices and faces come last and become the selection. They continue
         colours and scalars from the rim, and a new face shows a nearby place of the texture with a similar colour. Returns the
-        numbers of closed holes, new vertices, new faces, holes with joined islands and holes with a lower energy, the number of
-        open rims by reason, and the number of edges of each closed and each open rim; notes name the largest rims.
+        numbers of closed holes, new vertices, new faces, holes with joined islands and holes filled with a lower energy than
+        asked for, the number of open rims by reason, and the number of edges of each closed and each open rim; notes name the
+        largest rims.
 
         Args:
             max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges

@@ -129,7 +129,7 @@ class ScriptLog:
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
-        """Applies the steps, yields each result, and stores its size in `steps`; raises `ScriptStepFailedError` if one fails."""
+        """Applies each step in turn, yields its result, and sets its `size`; raises `ScriptStepFailedError` if a step fails."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 result, done = apply_step(step)

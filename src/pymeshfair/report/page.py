@@ -149,7 +149,7 @@ class Chart:
 
 
 def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """A histogram in percent; the outermost bars include values beyond `low` and `high`. None without finite values or limits."""
+    """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`."""
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None

@@ -57,7 +57,7 @@ class Job:
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options, for the record, that can change the output or make the run refuse it; defaults are left out."""
+        """The options, for the record, that can change the output or make the run fail; defaults are left out."""
         options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(self, name)}
         options |= {} if self.measures else {"no_measures": True}
         return options | ({} if self.unit is None else {"unit": self.unit})
@@ -148,7 +148,7 @@ class Compiling:
     """Kernels are compiled for this machine; everything else waits."""
 
     kernels: int  # the number of kernels so far, including the one that is being compiled
-    seconds: float  # the time for these kernels so far
+    seconds: float  # the total time of the finished ones
     is_going_on: bool
 
 

@@ -166,7 +166,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
         return f"{mismatch}: it needs no smoothing"
     if no_need and None not in no_need:
         return f"{mismatch}: {' and '.join(sorted(filter(None, no_need)))}"
-    # A recipe that removes waves of a given size cannot replace one that removes noise.
+    # A recipe judged by another measure does not replace this one: it may remove waves of a given size instead of noise.
     same_measure = [other for other in fitting if not info.measure or other.measure == info.measure]
     substitutes = [other for other in same_measure if other.task in tasks and len(other.met) > 1]
     if substitutes and info.task in _REPLACEABLE:

@@ -41,7 +41,7 @@ def trials(
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
     starts at the position that its neighbours predict. The error of a script is the distance of its result from the scan
-    along the normals, at these vertices. On a `clean` scan no vertex is held out; the error is taken at all `scored` vertices.
+    along the normals, at these vertices. On a `clean` scan none is held out; the error is that at all `Scan.scored` vertices.
 
     Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty if no vertex can be
     held out.

@@ -1,4 +1,4 @@
-"""Reads .mlx scripts, and lists all problems of a script before any mesh is opened.
+"""Reads .mlx scripts, and lists the problems of a script, up to `MOST_PROBLEMS`, before any mesh is opened.
 
 Unknown elements, names, types and values, which MeshLab ignores, are problems; comments and most unknown attributes are not. A
 hostile file costs little: entities and document type subsets are refused at once; size, depth and number of steps have limits.
@@ -72,7 +72,7 @@ class Document:
 
 
 def read_script(path: str | Path) -> Script:
-    """The script in a file; raise `ScriptError`, which lists all problems, if the file cannot be read or has problems."""
+    """The script in a file; raise `ScriptError`, which lists the problems, if the file cannot be read or has problems."""
     return parse_script(read_bytes(path), str(path), path=Path(path))
 
 
@@ -241,7 +241,7 @@ class _Reader:
 
 
 def _slips(tag: str, attributes: Iterable[str], ours: Sequence[str], *, cutoff: float = 0.85) -> Iterator[Complaint]:
-    """Complaints about attributes whose names are similar to `ours`; those that MeshLab writes are less similar."""
+    """Complaints about attributes whose names are similar to `ours`; no attribute that MeshLab writes is so similar."""
     for attribute in attributes:
         if attribute not in ours and (near := nearest(attribute, ours, cutoff=cutoff)):
             yield f"<{tag}> has no attribute {shortened(attribute)!r}", near

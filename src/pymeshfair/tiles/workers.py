@@ -141,7 +141,7 @@ class Tasks:
         """Calls `task`, a function of a module or a method of an object that can be pickled, with each tuple of arguments.
 
         A call may be repeated if its worker or the run was killed during the call; its result must be the same every time.
-        With `again` a resumed run repeats all calls, for calls that write outside the folder of temporary files.
+        With `again`, for calls that write outside the folder of temporary files, a resumed run repeats all calls.
         """
         call, self._calls = self._calls, self._calls + 1
         former = {} if self.work is None or again else self.work.results
@@ -175,7 +175,7 @@ class Tasks:
         except CancelledError as error:
             raise LostSchedulerError from error
         except LostProcessError as error:
-            raise TileError(f"each attempt at a tile ended its worker ({error}), perhaps for lack of memory") from error
+            raise TileError(f"each worker that tried a tile ended ({error}), perhaps for lack of memory") from error
         except Exception as error:  # errors of dask, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
         if done.peak_memory is not None:

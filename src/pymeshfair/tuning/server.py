@@ -155,7 +155,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
 
 
 def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:
-    """Returns the limits of a field and of its slider, which ends near the value if a limit is missing or the maximum is far."""
+    """Returns the limits of a field and of its slider; they differ if a limit is missing or the maximum is far from the value."""
     reach = max(4.0 * abs(value), 10.0 if value == 0 or abs(value) >= 2 else 1.0)
     return {
         "low": minimum if minimum is not None else min(0.0, value - reach),
@@ -386,7 +386,7 @@ class Conversation:
         recipe, script = self._recipe_and_script(order)
         scan = self._scan.path
         if same_file(path, scan):
-            raise ParameterError(f"{path.name} is the scan, which is not changed: give another name")
+            raise ParameterError(f"{path.name} is the scan, which must stay as it is: give another name")
         await self.stop(order)
         script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
         job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))

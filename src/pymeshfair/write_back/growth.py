@@ -43,7 +43,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     old_faces, count = read_array(mesh, "faces"), mesh.vertex_number()
     bench.apply("compute_coord_by_function", x="vi", y="0", z="0")  # so that no edge is too short to be divided
     seed, triangulated = _seed(bench, mesh, may_seed)
-    # MeshLab subdivides no mesh with an edge of more than two faces; without common edges its faces have none.
+    # MeshLab subdivides no mesh with an edge of more than two faces, so all faces of such a mesh are cut apart.
     _cut_out(bench, "fi+1" if len(non_manifold_edges(old_faces)) else f"fi=={seed}?1:0")
     index_after_cut = np.arange(mesh.vertex_number())
     index_after_cut[read_array(mesh, "faces")] = old_faces
@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # Merging keeps the vertex of lowest index: one made by subdivision, because the vertices made by cutting come later.
+    # New vertices are made by subdivision: merging keeps the lowest index, and vertices made by cutting come later.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)

@@ -27,8 +27,8 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     """Removes the transformation matrix of the current layer while the context is open; after an exception, restores the layer.
 
-    Deleted elements are not restored. New scalars and colours of faces and new texture coordinates of vertices stay, and polygons
-    that were triangulated stay triangles: MeshLab has no filter that undoes this.
+    Deleted elements are not restored. Face scalars, face colours and vertex texture coordinates stay if the layer had none,
+    and triangulated polygons stay triangles: MeshLab has no filter that undoes this.
 
     Raises:
         MeshError: the context failed, and a part of the layer could not be restored.
@@ -191,7 +191,7 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
         write_wedge_uv(bench, mesh, wedges, uv, seeds)
     if (uv := enlarged.vertex_attributes.get("texture_coordinates")) is not None:
         write_vertex_uv(bench, mesh, uv)
-    notes = ("the mesh had polygons and no triangle; now it has only triangles",) if any(triangulated) else ()
+    notes = ("all polygons became triangles, since new faces need a triangle to start from",) if any(triangulated) else ()
     edit = replace(edit, **remaining)
     of_faces = {k: v[order] for k, v in vars(edit).items() if v is not None and (k == "delete_faces" or k.startswith("face_"))}
     return replace(edit, **of_faces), notes
@@ -204,7 +204,7 @@ def _as_data(bench: Workbench, mesh: Any) -> MeshData:
     textures: tuple[Texture, ...] = ()
     if (wedges := wedges_of(mesh)) is not None:
         of["face"]["wedge_texture_coordinates"] = wedges
-        # During `grow` MeshLab gives the vertices texture coordinates, too; here a vertex has those of its first corner.
+        # `grow` also gives the vertices texture coordinates, which these values replace: those of each vertex's first corner.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
