@@ -67,7 +67,7 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
     begins = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[extension]
     picture = tmp_path / f"spectrum{extension}"
     contents = []
-    for _ in range(2 if extension == ".png" else 1):
+    for _ in range(2):
         done = invoke("spectrum", scan, "-o", picture, "--modes", "5", "--overwrite")
         assert done.exit_code == 0, done.stderr
         contents.append(picture.read_bytes())

@@ -124,7 +124,8 @@ def arguments(function: Callable[..., Any], declared: Filter, parameter: str | N
     scene = scene_for(declared)
     there = {"vertices": scene.vertices, "points": scene.vertices, "faces": scene.faces, "edges": scene.edges}
     there |= {"values": scene.scalars, "mode": 1, **ALONG.get((function.__name__, None), {})}
-    needed = [p.name for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+    parameters = inspect.signature(function).parameters.values()
+    needed = [p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
     if not set(needed) <= there.keys():
         return None
     along = ALONG.get((function.__name__, parameter), ALONG.get((function.__name__, None), {}))

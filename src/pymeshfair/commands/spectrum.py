@@ -80,6 +80,7 @@ _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> bytes:
     """Draws spectra, given by name as ``get_surface_spectrum`` returns them; returns the bytes of a png, svg or pdf file."""
     import numpy as np
+    from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -112,7 +113,8 @@ def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> by
         axes.secondary_xaxis("top", functions=(inverted, inverted)).set_xlabel("wavelength (mesh units)")
         axes.legend(loc="lower left", fontsize="small")
     drawn = io.BytesIO()
-    # No date, so that the same spectra give the same file.
+    # Without a date and random names the same spectra give the same file.
     dates = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    figure.savefig(drawn, format=extension, dpi=120, metadata=dates.get(extension))
+    with rc_context({"svg.hashsalt": "pymeshfair"}):
+        figure.savefig(drawn, format=extension, dpi=120, metadata=dates.get(extension))
     return drawn.getvalue()
