@@ -155,7 +155,7 @@ class ObjDocument:
     data: bytes
     tokens: Tokens  # without kinds and values of words
     mesh: MeshData
-    width: int  # how many numbers the line of a vertex has
+    width: int  # how many numbers the line of a vertex has; 0 if three of them are a colour in levels
     normals: Floats  # (k, 3) on the ``vn`` lines
     #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has a normal
     corner_normals: Longs | None
@@ -231,7 +231,7 @@ def read_obj(path: Path, references: References) -> Reading:
         data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
         mesh,
-        width,
+        0 if levels else width,
         normals,
         corner_normals,
         _states(tokens, corners.lines)[row],
@@ -548,6 +548,8 @@ def _looks(mesh: MeshData) -> Longs:
     looks = np.full((len(mesh.faces), 4), -1, np.int64)
     if (numbers := mesh.face_attributes.get("texture")) is not None:
         looks[:, 0] = numbers
+    elif len(mesh.textures) == 1 and "texture_coordinates" in mesh.vertex_attributes:
+        looks[:, 0] = 0
     if (colors := mesh.face_attributes.get("colors")) is not None:
         looks[:, 1:] = colors[:, :3]
     return looks
