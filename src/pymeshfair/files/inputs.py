@@ -202,8 +202,9 @@ def completed(path: Path, reading: Reading) -> Reading:
     if not np.isfinite(mesh.vertices).all():
         mesh = mesh.part(np.asarray(np.isfinite(mesh.vertices).all(axis=1)))
         vertices = counted(n - len(mesh.vertices), "vertex", "vertices")
-        faces = counted(m - len(mesh.faces), "face")
-        doubts.append(f"left out: {vertices} with a coordinate that is not finite, and {faces} with such a vertex")
+        cells = counted(m - len(mesh.faces), "face")
+        cells += f" and {counted(e - len(mesh.edges), 'edge')}" * (e > len(mesh.edges))
+        doubts.append(f"left out: {vertices} with a coordinate that is not finite, and {cells} with such a vertex")
     if not len(mesh.vertices):
         raise InputError(path, "no vertex could be read from it")
     low, high = bounding_box(mesh.vertices)

@@ -41,7 +41,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         if name in written or name in ("face", "edge"):
             elements |= {name: written[name].element} if name in written else {}
         elif name in ("tristrips", "range_grid") and document.has_other_faces:
-            elements |= {} if "face" in written and written["face"].element.count else {name: element}
+            elements |= {} if not len(mesh.faces) or ("face" in written and written["face"].element.count) else {name: element}
         elif mesh.vertex_ids is None or not any(p.name.startswith("vert") for p in element.properties):
             elements[name] = element
         else:
@@ -128,7 +128,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     of_rows = {name: v if chosen is None else v[chosen] for name, v in mesh.face_attributes.items()}
     if "scalars" in of_rows:
         values[ply.SCALAR] = of_rows["scalars"]
-    if "texture" in of_rows and len(mesh.textures) > 1:
+    if "texture" in of_rows and (len(mesh.textures) > 1 or (of_rows["texture"] < 0).any()):
         values[ply.TEXTURE_NUMBER] = of_rows["texture"]
     values |= _custom(of_rows, FACE_ATTRIBUTES, values, table, notes)
     return _rows("face", table, row, values, of_rows.get("colors"))
