@@ -503,9 +503,9 @@ def _patched_text(
         changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
         cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
     if document.materials.lines:
-        lines = lines_of(tokens, b"mtllib").tolist()
+        lines, bom = lines_of(tokens, b"mtllib").tolist(), 3 * document.data.startswith(b"\xef\xbb\xbf")
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape") + b"\n" * (not lines)
-        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(0, 0)]
+        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(bom, bom)]
         cuts.append((np.array(places, np.int64), [named, *([b""] * (len(places) - 1))]))
     spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
     order = np.argsort(spans[:, 0], kind="stable")
