@@ -368,6 +368,19 @@ def test_vertices_that_are_not_finite_are_left_out_by_name(tmp_path: Path, encod
     assert again.faces.tolist() == [[0, 1, 2]]
 
 
+@pytest.mark.parametrize(("type_", "rows"), [("ushort", [[65535, 200, 0], [257, 0, 0]]), ("float", [[255, 1, 0], [1, 0, 0]])])
+def test_a_dark_channel_is_dark(tmp_path: Path, type_: str, rows: list[list[int]]) -> None:
+    """Red, green and blue share the value of full intensity, also where a channel has small numbers only."""
+    properties = [*PLACE, *((type_, color) for color in ("red", "green", "blue"))]
+    places: list[list[Any]] = [[0, 0, 0], [1, 0, 0]]
+    data = ply_file([Element("vertex", properties, [[*place, *row] for place, row in zip(places, rows, strict=True)])])
+    expected = np.array([[255, 1, 0, 255], [1, 0, 0, 255]], np.uint8)
+    mesh = read(tmp_path, data)
+    np.testing.assert_array_equal(mesh.vertex_attributes["colors"], expected)
+    painted = read(tmp_path, written(mesh.with_attributes({"colors": expected[::-1]})), "painted.ply")
+    np.testing.assert_array_equal(painted.vertex_attributes["colors"], expected[::-1])
+
+
 def test_edges_that_are_left_out_are_counted(tmp_path: Path) -> None:
     """Edges that end at a vertex that is not finite are said to be gone."""
     edge = Element("edge", [("int", "vertex1"), ("int", "vertex2")], [[0, 1], [1, 2], [0, 2]])

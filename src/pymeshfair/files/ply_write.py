@@ -245,7 +245,7 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
         return former
     columns = dict(zip(names, colors.T, strict=False))
-    return {name: c / 255.0 * ply.top_level(former[name]) if name in former else c for name, c in columns.items()}
+    return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
