@@ -320,7 +320,9 @@ def test_colours_in_levels_are_painted(tmp_path: Path) -> None:
 def test_a_texture_on_coordinates_of_vertices_is_named(tmp_path: Path) -> None:
     """The faces of a mesh with one texture, and texture coordinates at its vertices, show the texture."""
     vertex = {"texture_coordinates": np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])}
-    mesh = MeshData(vertices=np.eye(3), faces=np.array([[0, 1, 2]]), vertex_attributes=vertex, textures=(Texture("t.png", IMAGE),))
+    mesh = MeshData(
+        vertices=np.eye(3), faces=np.array([[0, 1, 2]]), vertex_attributes=vertex, textures=(Texture("t.png", IMAGE),)
+    )
     save(mesh, tmp_path / "b.obj")
     assert read_file(tmp_path / "b.obj").mesh.face_attributes["texture"].tolist() == [0]
 

@@ -175,8 +175,7 @@ def check_magic(path: Path) -> None:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
         raise ContentsError("it is a text in UTF-16; save it as UTF-8")
-    begin = READABLE[extension(path)].begin
-    if begin is not None and not re.match(begin[0], head.decode("latin-1")):
+    if (begin := READABLE[extension(path)].begin) is not None and not re.match(begin[0], head.decode("latin-1")):
         raise ContentsError(f"it does not begin with {begin[1]}")
 
 

@@ -43,8 +43,8 @@ class MadeFrom:
         if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
         recipe = record.get("recipe")
-        unit = record.get("options", {}).get("unit")
-        if not isinstance(recipe, dict) or (recipe.get("sha256"), unit) != (self.recipe, self.unit):
+        given = (isinstance(recipe, dict) and recipe.get("sha256"), record.get("options", {}).get("unit"))
+        if given != (self.recipe, self.unit):
             return "was made by another recipe, or with other settings"
         return None
 
@@ -118,9 +118,8 @@ def stage_textures(
             shutil.copyfile(texture.image, staged)
         this_system().flush(staged)
         wished = f"{output.name}-{name}" if prefixed else name
-        taken = {*reused, *(f.target for f in files)}
         images = [t.image for t in textures if isinstance(t.image, Path)]
-        target, in_place = _free_target(output, wished, staged, record, taken, images)
+        target, in_place = _free_target(output, wished, staged, record, {*reused, *(f.target for f in files)}, images)
         names[texture.name] = target.name
         reused += [target] if in_place else []
         files += [] if in_place else [StagedFile(staged, target)]

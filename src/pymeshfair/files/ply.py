@@ -150,8 +150,7 @@ def _attributes_of_vertices(table: Table) -> dict[str, Array]:
     attributes: dict[str, Array | None] = {"normals": _vectors(table, NORMAL), "colors": colors_of(table)}
     attributes["texture_coordinates"] = _vectors(table, texture_names(table) or ("",))
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
-        column = table.numbers(name)
-        attributes[attribute] = None if column is None else column.astype(np.float64)
+        attributes[attribute] = None if (column := table.numbers(name)) is None else column.astype(np.float64)
     return {name: values for name, values in attributes.items() if values is not None}
 
 

@@ -75,9 +75,8 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     values |= {name: attributes[key] for name, key in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if key in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
-    ids = mesh.vertex_ids
     values |= _custom(attributes, VERTEX_ATTRIBUTES, values, table, notes)
-    rows = _rows("vertex", table, ids, values, attributes.get("colors"))
+    rows = _rows("vertex", table, mesh.vertex_ids, values, attributes.get("colors"))
     if table is None:
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
@@ -140,8 +139,7 @@ def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
         return table
     if not len(mesh.edges):
         return _without_rows(table)
-    ids = None if table is None else source_ids(mesh.edge_ids, len(mesh.edges))
-    return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
+    return _rows("edge", table, source_ids(mesh.edge_ids, len(mesh.edges)), dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
 def _without_rows(table: Table | None) -> Table | None:
