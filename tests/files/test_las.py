@@ -146,6 +146,20 @@ def test_units_of_reference_systems(tmp_path: Path, unit: str, factor: str, expe
     assert save(mesh, tmp_path / "c.ply") == ("c.ply does not hold these contents of a.las: its coordinate reference system",)
 
 
+def test_the_unit_of_the_ellipsoid_is_not_that_of_the_coordinates(tmp_path: Path) -> None:
+    """In the second version of the text the ellipsoid, in metres, precedes the coordinates, in feet."""
+    ellipsoid = 'ELLIPSOID["GRS 1980",6378137,298.257222101,LENGTHUNIT["metre",1]]'
+    axes = 'CS[Cartesian,2],AXIS["easting",east],AXIS["northing",north],LENGTHUNIT["US survey foot",0.3048006096]'
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    system = laspy.vlrs.known.WktCoordinateSystemVlr(f'PROJCRS["x",BASEGEOGCRS["y",DATUM["z",{ellipsoid}]],{axes}]')
+    header.vlrs.append(system)
+    header.global_encoding.wkt = True
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(1).random((3, 9))
+    cloud.write(tmp_path / "a.las")
+    assert read_file(tmp_path / "a.las").mesh.unit == "ft"
+
+
 def test_a_format_that_keeps_the_unit_of_a_cloud_is_named(tmp_path: Path) -> None:
     """A LAS file keeps the unit of a LAS file; .3mf, which holds no clouds, and .glb, which rounds surveys, are not named."""
     system = laspy.vlrs.known.WktCoordinateSystemVlr(WKT % ("foot", "0.3048"))

@@ -299,6 +299,34 @@ def test_colours_that_steps_paint(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_file(tmp_path / "d.obj").mesh.face_attributes["colors"], levels[[0, 0]])
 
 
+def test_a_material_file_is_named_behind_the_byte_order_mark(tmp_path: Path) -> None:
+    """A file that begins with a mark and names no material file is written so that it can be read."""
+    (tmp_path / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    text = "\ufeffv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n"
+    save(read(tmp_path / "a.obj", text), tmp_path / "b.obj")
+    assert (tmp_path / "b.obj").read_text() == f"\ufeffmtllib b.obj.mtl\n{text[1:]}"
+    assert read_file(tmp_path / "b.obj").mesh.face_attributes["colors"].tolist() == [[255, 0, 0, 255]]
+
+
+def test_colours_in_levels_are_painted(tmp_path: Path) -> None:
+    """In a file with colours up to 255, painting one vertex leaves the colours of the others as they are."""
+    mesh = read(tmp_path / "a.obj", "v 0 0 0 200 10 10\nv 1 0 0 20 100 10\nv 1 1 0 20 10 100\nf 1 2 3\n")
+    colors = mesh.vertex_attributes["colors"].copy()
+    colors[0] = 128, 64, 32, 255
+    save(mesh.with_attributes({"colors": colors}), tmp_path / "b.obj")
+    np.testing.assert_array_equal(read_file(tmp_path / "b.obj").mesh.vertex_attributes["colors"], colors)
+
+
+def test_a_texture_on_coordinates_of_vertices_is_named(tmp_path: Path) -> None:
+    """The faces of a mesh with one texture, and texture coordinates at its vertices, show the texture."""
+    vertex = {"texture_coordinates": np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])}
+    mesh = MeshData(
+        vertices=np.eye(3), faces=np.array([[0, 1, 2]]), vertex_attributes=vertex, textures=(Texture("t.png", IMAGE),)
+    )
+    save(mesh, tmp_path / "b.obj")
+    assert read_file(tmp_path / "b.obj").mesh.face_attributes["texture"].tolist() == [0]
+
+
 def everything() -> dict[str, Any]:
     """What a mesh may have that an OBJ file holds, by the words of messages."""
     rng = np.random.default_rng(3)

@@ -21,7 +21,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import header_bytes, parse_header
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.polygons import triangulated
-from pymeshfair.mesh_data import MeshData, apply_edit, moved
+from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import BONE, RANGE_MAP, SAMPLES
 from .plys import CODES, Element, ply_file
@@ -366,6 +366,47 @@ def test_vertices_that_are_not_finite_are_left_out_by_name(tmp_path: Path, encod
     assert again.source is not None
     assert again.source.document.tables["vertex"].numbers("label").tolist() == [1, 3, 4]
     assert again.faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(("type_", "rows"), [("ushort", [[65535, 200, 0], [257, 0, 0]]), ("float", [[255, 1, 0], [1, 0, 0]])])
+def test_a_dark_channel_is_dark(tmp_path: Path, type_: str, rows: list[list[int]]) -> None:
+    """Red, green and blue share the value of full intensity, also where a channel has small numbers only."""
+    properties = [*PLACE, *((type_, color) for color in ("red", "green", "blue"))]
+    places: list[list[Any]] = [[0, 0, 0], [1, 0, 0]]
+    data = ply_file([Element("vertex", properties, [[*place, *row] for place, row in zip(places, rows, strict=True)])])
+    expected = np.array([[255, 1, 0, 255], [1, 0, 0, 255]], np.uint8)
+    mesh = read(tmp_path, data)
+    np.testing.assert_array_equal(mesh.vertex_attributes["colors"], expected)
+    painted = read(tmp_path, written(mesh.with_attributes({"colors": expected[::-1]})), "painted.ply")
+    np.testing.assert_array_equal(painted.vertex_attributes["colors"], expected[::-1])
+
+
+def test_edges_that_are_left_out_are_counted(tmp_path: Path) -> None:
+    """Edges that end at a vertex that is not finite are said to be gone."""
+    edge = Element("edge", [("int", "vertex1"), ("int", "vertex2")], [[0, 1], [1, 2], [0, 2]])
+    data = ply_file([Element("vertex", PLACE, [[0, 0, 0], [float("nan"), 0, 0], [1, 0, 0]]), edge])
+    (tmp_path / "a.ply").write_bytes(data)
+    words = "left out: 1 vertex with a coordinate that is not finite, and 0 faces and 2 edges with such a vertex"
+    assert read_file(tmp_path / "a.ply").doubts == (words,)
+
+
+def test_deleted_faces_of_a_strip_are_gone(tmp_path: Path) -> None:
+    """A mesh of triangle strips that loses all faces is written as a cloud."""
+    strip = Element("tristrips", [("list int int", "vertex_indices")], [[[0, 1, 2, 3]]])
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), strip]))
+    for kept in ([True] * 4, [True, False, False, True]):
+        again = read(tmp_path, written(mesh.part(np.array(kept), np.zeros(2, np.bool_))), "again.ply")
+        assert (len(again.vertices), len(again.faces)) == (sum(kept), 0)
+
+
+def test_faces_without_the_only_texture_stay_without_it(tmp_path: Path) -> None:
+    """Of a mesh with one texture, faces that do not show it are written so."""
+    numbers = np.array([0, -1], np.int32)
+    attributes = {"wedge_texture_coordinates": np.zeros((2, 3, 2)), "texture": numbers}
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    vertices = np.array(SQUARE, float)
+    mesh = MeshData(vertices=vertices, faces=faces, face_attributes=attributes, textures=(Texture("t.png", None),))
+    np.testing.assert_array_equal(read(tmp_path, written(mesh)).face_attributes["texture"], numbers)
 
 
 def test_texture_coordinates_of_polygons(tmp_path: Path) -> None:

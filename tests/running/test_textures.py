@@ -22,7 +22,7 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.script import Step
 
-from .runs import SAMPLES, TETRAHEDRON, Given, names_in, ply_bytes, recipe_of, session_report, staged_files, xyz
+from .runs import SAMPLES, SMOOTH, TETRAHEDRON, Given, names_in, ply_bytes, recipe_of, session_report, staged_files, xyz
 
 Maker: TypeAlias = Callable[[Path, str], Path]
 IMAGE = SAMPLES / "TextureDouble_A.png"
@@ -106,6 +106,26 @@ def test_the_same_file_is_used_again(tmp_path: Path) -> None:
     assert set(staged_files(report)) == {"clean.obj", "clean.obj.mtl"}
     described = {Path(f["path"]): f["sha256"] for f in report["output"]["side_files"]}
     assert described[tmp_path / "t.png"] == sha256_of(IMAGE)
+
+
+@pytest.mark.parametrize("names", [("t.png", "sub/t.png"), ("sub/t.png", "t.png")])
+@pytest.mark.parametrize("folder", [".", "out"])
+def test_a_second_run_confuses_no_images_of_one_name(tmp_path: Path, names: tuple[str, str], folder: str) -> None:
+    """After two runs with two images of one name, the input's images are as before, and the output has both."""
+    colors = dict(zip(names, ((250, 0, 0), (0, 250, 0)), strict=True))
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "out").mkdir(exist_ok=True)
+    for name, color in colors.items():
+        Image.new("RGB", (4, 4), color).save(tmp_path / name)
+    head = "\n".join(f"comment TextureFile {name}" for name in names)
+    face: list[Any] = [("list uchar float", "texcoord", [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]] * 4), ("int", "texnumber", [0, 1, 0, 1])]
+    source, output = tmp_path / "in.ply", tmp_path / folder / "out.ply"
+    source.write_bytes(ply_bytes(xyz(), TETRAHEDRON[1].tolist(), face, head=head))
+    for _ in range(2):
+        run_job(Job(recipe_of(SMOOTH), source, output))
+        for mesh in (read_file(path).mesh for path in (source, output)):
+            images = [read_pixels(texture) for texture in mesh.textures]
+            assert [tuple(image[0, 0]) for image in images if image is not None] == list(colors.values())
 
 
 @pytest.mark.parametrize("make", [textured_obj, textured_ply])

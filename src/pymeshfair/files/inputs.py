@@ -175,8 +175,7 @@ def check_magic(path: Path) -> None:
         head = file.read(4096)
     if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
         raise ContentsError("it is a text in UTF-16; save it as UTF-8")
-    begin = READABLE[extension(path)].begin
-    if begin is not None and not re.match(begin[0], head.decode("latin-1")):
+    if (begin := READABLE[extension(path)].begin) is not None and not re.match(begin[0], head.decode("latin-1")):
         raise ContentsError(f"it does not begin with {begin[1]}")
 
 
@@ -202,8 +201,9 @@ def completed(path: Path, reading: Reading) -> Reading:
     if not np.isfinite(mesh.vertices).all():
         mesh = mesh.part(np.asarray(np.isfinite(mesh.vertices).all(axis=1)))
         vertices = counted(n - len(mesh.vertices), "vertex", "vertices")
-        faces = counted(m - len(mesh.faces), "face")
-        doubts.append(f"left out: {vertices} with a coordinate that is not finite, and {faces} with such a vertex")
+        cells = counted(m - len(mesh.faces), "face")
+        cells += f" and {counted(e - len(mesh.edges), 'edge')}" * (e > len(mesh.edges))
+        doubts.append(f"left out: {vertices} with a coordinate that is not finite, and {cells} with such a vertex")
     if not len(mesh.vertices):
         raise InputError(path, "no vertex could be read from it")
     low, high = bounding_box(mesh.vertices)

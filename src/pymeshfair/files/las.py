@@ -139,8 +139,9 @@ def las_unit(header: Any, records: Any) -> str | None:
     """Returns the unit of length in the coordinate reference system, or None without a known unit."""
     for record in (*header.vlrs, *(records or ())):
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
-            # The text may have units of angles and of heights, too: the first known unit of length counts.
-            for name in re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE):
+            # The text may have units of angles and of heights, too: the first known unit of length counts. In the second
+            # version of the text the unit of the ellipsoid precedes those of the coordinates.
+            for name in re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text.partition("CS[Cartesian")[2] or text, re.IGNORECASE):
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
                     return unit
         for key in getattr(record, "geo_keys", ()):

@@ -155,7 +155,7 @@ class ObjDocument:
     data: bytes
     tokens: Tokens  # without kinds and values of words
     mesh: MeshData
-    width: int  # how many numbers the line of a vertex has
+    width: int  # how many numbers the line of a vertex has; 0 if three of them are a colour in levels
     normals: Floats  # (k, 3) on the ``vn`` lines
     #: (m, 3) index of the normal of each triangle corner, -1 for none; None if no corner has a normal
     corner_normals: Longs | None
@@ -191,8 +191,7 @@ def read_obj(path: Path, references: References) -> Reading:
     bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         attributes["wedge_texture_coordinates"] = np.append(coordinates, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
-        starts = np.cumsum(corners.lengths) - corners.lengths
-        pairs = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
+        pairs = np.add.reduceat(corners.indices[:, 1] >= 0, np.cumsum(corners.lengths) - corners.lengths, dtype=np.int64)
         if bare_faces := int((pairs == 0).sum()):
             notes[f"faces without texture coordinates, which get 0 0 ({bare_faces:,})"] = None
         if partly := int(((pairs > 0) & (pairs < corners.lengths)).sum()):
@@ -231,7 +230,7 @@ def read_obj(path: Path, references: References) -> Reading:
         data,
         replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
         mesh,
-        width,
+        0 if levels else width,
         normals,
         corner_normals,
         _states(tokens, corners.lines)[row],
@@ -267,8 +266,7 @@ def _rows(tokens: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[Longs,
     """Returns the lines of a keyword; for each, its count of numbers (one of `widths`) and its first `widths[0]` numbers."""
     lines = lines_of(tokens, keyword.encode())
     counts = tokens.lengths[lines] - 1
-    expected = " or ".join(map(str, widths))
-    refuse(tokens, lines, ~np.isin(counts, widths), f"has {{}} values and not {expected}", counts)
+    refuse(tokens, lines, ~np.isin(counts, widths), f"has {{}} values and not {' or '.join(map(str, widths))}", counts)
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
@@ -383,9 +381,8 @@ def _words_after_keyword(tokens: Tokens, k: int) -> str:
 
 
 def _images(materials: Materials, references: References) -> tuple[tuple[Texture, ...], tuple[str, ...]]:
-    names = dict.fromkeys(name for _, name in materials.images.values())
     images, doubts = [], []
-    for name in sorted(names.keys() - set(materials.textures)):
+    for name in sorted({name for _, name in materials.images.values()} - set(materials.textures)):
         try:
             images.append(Texture(name, references.find_image(name)))
         except InputError as error:  # noqa: PERF203
@@ -407,8 +404,7 @@ def _material_files(names: Sequence[str], references: References) -> tuple[list[
     paths: dict[Path, None] = {}
     missing = []
     for name in names:
-        single = references.find(name)
-        parts = [single] if single else [references.find(part) for part in name.split()]
+        parts = [single] if (single := references.find(name)) else [references.find(part) for part in name.split()]
         if parts and all(parts):
             paths |= dict.fromkeys(path for path in parts if path)
         else:
@@ -435,12 +431,10 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     target.writelines(rows("v" + " %r" * len(columns), columns))
     pairs, of_wedges = _texture_coordinates(mesh)
     for keyword, table in (("vt", pairs), ("vn", normals)):
-        if len(table):
-            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
+        target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
     if len(mesh.faces):
         target.writelines(_face_lines(mesh, of_wedges, of_corners, states, texts, notes))
-    if len(mesh.edges):
-        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
+    target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
     return tuple(notes)
 
 
@@ -503,9 +497,9 @@ def _patched_text(
         changes = [a != b for a, b in zip(line_normals.T, document.normals.T, strict=True)]
         cuts.append(changed_words(tokens, lines_of(tokens, b"vn"), [1, 2, 3], list(line_normals.T), changes))
     if document.materials.lines:
-        lines = lines_of(tokens, b"mtllib").tolist()
+        lines, bom = lines_of(tokens, b"mtllib").tolist(), 3 * document.data.startswith(b"\xef\xbb\xbf")
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape") + b"\n" * (not lines)
-        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(0, 0)]
+        places = [(start := int(tokens.starts[k]), start + len(tokens.line(k))) for k in lines] or [(bom, bom)]
         cuts.append((np.array(places, np.int64), [named, *([b""] * (len(places) - 1))]))
     spans, texts = np.concatenate([where for where, _ in cuts]), [text for _, each in cuts for text in each]
     order = np.argsort(spans[:, 0], kind="stable")
@@ -548,6 +542,8 @@ def _looks(mesh: MeshData) -> Longs:
     looks = np.full((len(mesh.faces), 4), -1, np.int64)
     if (numbers := mesh.face_attributes.get("texture")) is not None:
         looks[:, 0] = numbers
+    elif len(mesh.textures) == 1 and "texture_coordinates" in mesh.vertex_attributes:
+        looks[:, 0] = 0
     if (colors := mesh.face_attributes.get("colors")) is not None:
         looks[:, 1:] = colors[:, :3]
     return looks

@@ -43,8 +43,8 @@ class MadeFrom:
         if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
         recipe = record.get("recipe")
-        unit = record.get("options", {}).get("unit")
-        if not isinstance(recipe, dict) or (recipe.get("sha256"), unit) != (self.recipe, self.unit):
+        given = (isinstance(recipe, dict) and recipe.get("sha256"), record.get("options", {}).get("unit"))
+        if given != (self.recipe, self.unit):
             return "was made by another recipe, or with other settings"
         return None
 
@@ -118,14 +118,17 @@ def stage_textures(
             shutil.copyfile(texture.image, staged)
         this_system().flush(staged)
         wished = f"{output.name}-{name}" if prefixed else name
-        target, in_place = _free_target(output, wished, staged, record, {f.target for f in files})
+        images = [t.image for t in textures if isinstance(t.image, Path)]
+        target, in_place = _free_target(output, wished, staged, record, {*reused, *(f.target for f in files)}, images)
         names[texture.name] = target.name
         reused += [target] if in_place else []
         files += [] if in_place else [StagedFile(staged, target)]
     return files, tuple(reused), names
 
 
-def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
+def _free_target(
+    output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path], images: Sequence[Path]
+) -> tuple[Path, bool]:
     digest = sha256_of(staged)
     for before in ("", f"{output.stem}-", *(f"{output.stem}-{k}-" for k in range(2, 100))):
         target = output.with_name(before + name)
@@ -137,7 +140,7 @@ def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any
             former_digest = sha256_of(target)
             if former_digest == digest:
                 return target, True
-            if former_digest == recorded_digest(record, target):
+            if former_digest == recorded_digest(record, target) and not any(same_file(target, image) for image in images):
                 return target, False
     raise OutputError(output, f"no free name for the texture {name!r} in its folder; clear the folder, or name another output")
 

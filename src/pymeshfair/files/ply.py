@@ -121,18 +121,21 @@ def colors_of(table: Table) -> NDArray[np.uint8] | None:
     if any(c is None for c in channels[:3]):
         return None
     colors = np.full((table.element.count, 4), 255, np.uint8)
-    for k, channel in enumerate(channels):
+    for k, (name, channel) in enumerate(zip((*COLOR, ALPHA), channels, strict=True)):
         if channel is None or not len(channel):
             continue
         if channel.dtype.itemsize == 1:
             colors[:, k] = np.maximum(channel, 0)
         else:
-            colors[:, k] = np.rint(255.0 * np.nan_to_num(np.clip(channel / top_level(channel), 0.0, 1.0)))
+            colors[:, k] = np.rint(255.0 * np.nan_to_num(np.clip(channel / top_level(table, name), 0.0, 1.0)))
     return colors
 
 
-def top_level(channel: Array) -> float:
-    """Returns the value of full intensity in a colour channel."""
+def top_level(table: Table, name: str) -> float:
+    """Returns the value of full intensity in a colour channel; red, green and blue of one type share it."""
+    own = np.asarray(table.columns[name])
+    colors = [c for color in COLOR if name != ALPHA and (c := table.numbers(color)) is not None]
+    channel = np.concatenate([own, *(c for c in colors if c.dtype == own.dtype)])
     if channel.dtype.kind == "f":
         return 1.0 if not len(channel) or np.nanmax(channel) <= 1.0 else 255.0
     return 255.0 if channel.dtype.itemsize == 1 or channel.max(initial=0) <= 255 else float(np.iinfo(channel.dtype).max)
@@ -147,8 +150,7 @@ def _attributes_of_vertices(table: Table) -> dict[str, Array]:
     attributes: dict[str, Array | None] = {"normals": _vectors(table, NORMAL), "colors": colors_of(table)}
     attributes["texture_coordinates"] = _vectors(table, texture_names(table) or ("",))
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
-        column = table.numbers(name)
-        attributes[attribute] = None if column is None else column.astype(np.float64)
+        attributes[attribute] = None if (column := table.numbers(name)) is None else column.astype(np.float64)
     return {name: values for name, values in attributes.items() if values is not None}
 
 

@@ -41,7 +41,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         if name in written or name in ("face", "edge"):
             elements |= {name: written[name].element} if name in written else {}
         elif name in ("tristrips", "range_grid") and document.has_other_faces:
-            elements |= {} if "face" in written and written["face"].element.count else {name: element}
+            elements |= {} if not len(mesh.faces) or ("face" in written and written["face"].element.count) else {name: element}
         elif mesh.vertex_ids is None or not any(p.name.startswith("vert") for p in element.properties):
             elements[name] = element
         else:
@@ -75,9 +75,8 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     values |= {name: attributes[key] for name, key in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if key in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
         values |= zip((table and ply.texture_names(table)) or ply.TEXTURE[0], places.T, strict=True)
-    ids = mesh.vertex_ids
     values |= _custom(attributes, VERTEX_ATTRIBUTES, values, table, notes)
-    rows = _rows("vertex", table, ids, values, attributes.get("colors"))
+    rows = _rows("vertex", table, mesh.vertex_ids, values, attributes.get("colors"))
     if table is None:
         return rows
     narrow = [p for p in table.element.properties if p.name in ply.PLACE and p.type != "double"]
@@ -128,7 +127,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     of_rows = {name: v if chosen is None else v[chosen] for name, v in mesh.face_attributes.items()}
     if "scalars" in of_rows:
         values[ply.SCALAR] = of_rows["scalars"]
-    if "texture" in of_rows and len(mesh.textures) > 1:
+    if "texture" in of_rows and (len(mesh.textures) > 1 or (of_rows["texture"] < 0).any()):
         values[ply.TEXTURE_NUMBER] = of_rows["texture"]
     values |= _custom(of_rows, FACE_ATTRIBUTES, values, table, notes)
     return _rows("face", table, row, values, of_rows.get("colors"))
@@ -140,8 +139,7 @@ def _edge_rows(mesh: MeshData, document: PlyDocument) -> Table | None:
         return table
     if not len(mesh.edges):
         return _without_rows(table)
-    ids = None if table is None else source_ids(mesh.edge_ids, len(mesh.edges))
-    return _rows("edge", table, ids, dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
+    return _rows("edge", table, source_ids(mesh.edge_ids, len(mesh.edges)), dict(zip(ply.EDGE, mesh.edges.T, strict=True)))
 
 
 def _without_rows(table: Table | None) -> Table | None:
@@ -245,7 +243,7 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
         return former
     columns = dict(zip(names, colors.T, strict=False))
-    return {name: c / 255.0 * ply.top_level(former[name]) if name in former else c for name, c in columns.items()}
+    return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
