@@ -29,7 +29,7 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.attributes import SAVED_AS, saved_attributes
+from .write_back.attributes import custom_attributes
 from .write_back.workbench import attributes_of, read_array, wedges_of
 
 _ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
@@ -210,10 +210,8 @@ class Door:
                 face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)
                 if textures:
                     face["texture"] = self._texture_numbers(mesh, len(faces))
-        for element, attributes in (("vertex", vertex), ("face", face)):
-            for name in saved_attributes(self._meshset, SAVED_AS[element]):
-                if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
-                    attributes[name] = values
+        for element, name, values in custom_attributes(self._meshset, mesh):
+            (vertex if element == "vertex" else face)[name] = values
         return replace(
             before,
             vertices=vertices,

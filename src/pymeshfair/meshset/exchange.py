@@ -116,7 +116,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
         arrays.of_vertices[_SCALAR] = placed.vertex_scalars.copy()
     if len(arrays.faces) and placed.has_face_scalars:
         arrays.of_faces[_SCALAR] = placed.face_scalars.copy()
-    for element, name, values in custom_attributes(bench, mesh):
+    for element, name, values in custom_attributes(bench.meshset, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
         arrays.lost.append("the texture stays in MeshLab: save the mesh to a file to keep it")
