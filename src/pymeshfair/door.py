@@ -415,4 +415,5 @@ def load_unchecked(path: Path, folder: Path) -> Reading:
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
-    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower())), doubts)
+    ids = dict.fromkeys(("vertex_ids", "face_ids", "edge_ids"))  # all elements are in the order of the file
+    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower()), **ids), doubts)
