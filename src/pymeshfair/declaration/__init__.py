@@ -12,6 +12,7 @@ import enum
 import functools
 import inspect
 import keyword
+import numbers
 import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -243,7 +244,8 @@ class Filter:
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
         """The layer ids among the values, by parameter name."""
-        return {p.name: values[p.name] for p in self.parameters if isinstance(p, Mesh) and isinstance(values.get(p.name), int)}
+        named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
+        return {name: int(number) for name, number in named.items() if isinstance(number, numbers.Integral)}
 
     @property
     def defaults(self) -> dict[str, Any]:
