@@ -12,8 +12,8 @@ import trimesh
 import pymeshfair
 from pymeshfair.errors import GuardBroken
 from pymeshfair.files.inputs import read_file
-from pymeshfair.recipe import load_recipe
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.recipe import load_recipe
 from pymeshfair.running.guarding import print_faults
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
