@@ -12,7 +12,6 @@ import enum
 import functools
 import inspect
 import keyword
-import numbers
 import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -245,7 +244,7 @@ class Filter:
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
         """The layer ids among the values, by parameter name."""
         named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
-        return {name: int(number) for name, number in named.items() if isinstance(number, numbers.Integral)}
+        return {name: int(number) for name, number in named.items() if isinstance(number, int | np.integer)}
 
     @property
     def defaults(self) -> dict[str, Any]:

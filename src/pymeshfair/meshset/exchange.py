@@ -16,7 +16,6 @@ from ..mesh_data import as_levels
 from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
-#: values by name
 Values: TypeAlias = dict[str, NDArray[Any]]
 #: names of values that stand for MeshLab's scalar, normals (which MeshLab computes from the faces), and colours
 _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
