@@ -29,14 +29,13 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.attributes import custom_attributes
+from .write_back.attributes import WORD, custom_attributes
 from .write_back.workbench import attributes_of, read_array, wedges_of
 
 _ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
 _TEXTURE = "pymeshfair_texture"  # the custom attribute for texture numbers, which pymeshlab does not give otherwise
 #: bits of MeshLab's PLY property "flags": the element is selected; the first, second or third edge is inside a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
@@ -80,7 +79,7 @@ class Door:
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
-        for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
+        for name in {word for value in step.values.values() if isinstance(value, str) for word in WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh

@@ -121,6 +121,7 @@ class Talk:
 
 
 def parse_talk(line: str) -> Talk:
+    """Parse a line."""
     words = line.split()
     if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
         return Talk("", step=int(words[1]))

@@ -36,7 +36,7 @@ _AXES = ("nx", "ny", "nz")
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 #: Valid names in expressions of muParser, MeshLab's parser; and the names of its constants and of variables used in a write-back.
-_WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
@@ -202,7 +202,7 @@ def saved_attributes(meshset: Any, prefix: str) -> list[str]:
 def check_names(bench: Workbench, mesh: Any) -> None:
     """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
     for element, listed, points, name in _user_attributes(bench.meshset, mesh):
-        if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
+        if name is None or not WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             reason = (
                 "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
             )
