@@ -38,7 +38,7 @@ from pymeshfair.declaration import (
     nearest,
 )
 from pymeshfair.errors import DeclarationError, ParameterError, UnknownNameError
-from pymeshfair.registry import custom_filters
+from pymeshfair.registry import custom_filters, find_filter
 from pymeshfair.scripts.values import param_attributes, parse_value, read_value
 
 INT = Int(name="n", minimum=1, maximum=9)
@@ -440,3 +440,8 @@ def test_the_nearest_name_ignores_case_blanks_and_underscores() -> None:
     assert nearest("Dilate selektion", iter(names)) == "Dilate Selection"
     assert nearest("qqq", names) is None
     assert nearest("", []) is None
+
+
+def test_layers_are_found_whatever_whole_number_names_them() -> None:
+    """A layer given as a whole number of numpy is one of the filter's layers, so that its id is checked and translated."""
+    assert find_filter("get_hausdorff_distance").layers({"targetmesh": np.int64(7)}) == {"targetmesh": 7}

@@ -29,14 +29,13 @@ from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
-from .write_back.attributes import SAVED_AS, saved_attributes
+from .write_back.attributes import WORD, custom_attributes
 from .write_back.workbench import attributes_of, read_array, wedges_of
 
 _ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
 _TEXTURE = "pymeshfair_texture"  # the custom attribute for texture numbers, which pymeshlab does not give otherwise
 #: bits of MeshLab's PLY property "flags": the element is selected; the first, second or third edge is inside a polygon
 _SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Door:
@@ -80,7 +79,7 @@ class Door:
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
-        for name in {word for value in step.values.values() if isinstance(value, str) for word in _WORD.findall(value)}:
+        for name in {word for value in step.values.values() if isinstance(value, str) for word in WORD.findall(value)}:
             self._send_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
@@ -210,10 +209,8 @@ class Door:
                 face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)
                 if textures:
                     face["texture"] = self._texture_numbers(mesh, len(faces))
-        for element, attributes in (("vertex", vertex), ("face", face)):
-            for name in saved_attributes(self._meshset, SAVED_AS[element]):
-                if not name.startswith("pymeshfair_") and (values := _attribute(mesh, element, name)) is not None:
-                    attributes[name] = values
+        for element, name, values in custom_attributes(self._meshset, mesh):
+            (vertex if element == "vertex" else face)[name] = values
         return replace(
             before,
             vertices=vertices,
@@ -417,4 +414,5 @@ def load_unchecked(path: Path, folder: Path) -> Reading:
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
-    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower())), doubts)
+    ids = dict.fromkeys(("vertex_ids", "face_ids", "edge_ids"))  # all elements are in the order of the file
+    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower()), **ids), doubts)

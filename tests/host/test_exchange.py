@@ -197,6 +197,16 @@ def test_a_mesh_comes_back_with_what_it_had_and_no_more(caplog: pytest.LogCaptur
     assert "cannot hold" not in caplog.text
 
 
+def test_a_note_names_what_the_other_package_cannot_hold() -> None:
+    """The normals and scalars of a cloud, which a cloud of trimesh lacks, are named in a note."""
+    points, said = icosphere(1)[0], list[str]()
+    meshes = MeshSet()
+    meshes.on_note = said.append
+    meshes.add_mesh(pymeshlab.Mesh(points, v_normals_matrix=points, v_scalar_array=points[:, 0]))
+    meshes.to_trimesh()
+    assert said == ["a mesh of trimesh without faces cannot hold the normals, values of vertices"]
+
+
 def test_a_cloud_without_normals_and_colours_gets_none() -> None:
     """Open3D and PyVista see no normals, colours or scalars of a cloud that has none."""
     o3d, pyvista = pytest.importorskip("open3d"), pytest.importorskip("pyvista")

@@ -38,6 +38,18 @@ def test_reading_has_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert names_in(tmp_path) == set()
 
 
+def test_further_layers_have_their_time_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time to read grows with the sizes of all files that are read, not with that of the first alone."""
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_SECONDS", 0.0)
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_RATE", 1.0)
+    job = Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply", others=(BONE, BONE))
+    process = Process()
+    process.close()
+    watch = Watch(job, process, SimpleQueue(), lambda event: None)
+    watch._take("event", PhaseStarted("reading"))
+    assert watch._load_seconds == 3 * BONE.stat().st_size
+
+
 def test_compiling_is_no_part_of_the_time_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """However long a slow machine compiles, reading goes on after that and has what was left of its time, and no more."""
     monkeypatch.setattr("pymeshfair.running.supervise._LOAD_SECONDS", 1.0)

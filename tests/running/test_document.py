@@ -165,6 +165,17 @@ def test_an_expression_may_name_an_attribute_of_the_file(tmp_path: Path) -> None
     np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
 
 
+def test_custom_attributes_of_points_and_with_capitals_come_back(tmp_path: Path) -> None:
+    """A new attribute of points, and new values of one whose name has capitals, are in the mesh after MeshLab's step."""
+    mesh = read_file(BONE).mesh.with_attributes({"Height": np.zeros(len(read_file(BONE).mesh.vertices))})
+    document = Document(tmp_path)
+    document.add(mesh)
+    document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="Height", expr="z"))
+    document.apply(step("compute_new_custom_point_attribute_per_vertex", name="place", x_expr="x", y_expr="y", z_expr="z"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["Height"], mesh.vertices[:, 2])
+    np.testing.assert_array_equal(document.current.vertex_attributes["place"], mesh.vertices)
+
+
 def test_a_hidden_layer_stays_hidden(tmp_path: Path) -> None:
     """Steps of MeshLab's after one of ours find each layer visible or not, as it was."""
     document = Document(tmp_path)

@@ -12,6 +12,7 @@ import trimesh
 import pymeshfair
 from pymeshfair.errors import GuardBroken
 from pymeshfair.files.inputs import read_file
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.guarding import print_faults
 from pymeshfair.running.job import Job
@@ -36,6 +37,12 @@ def _faults(path: Path, folder: Path) -> list[str]:
 def test_a_cube_of_loose_triangles_is_printable(tmp_path: Path) -> None:
     """An STL file has three points a face; merged they make a closed cube."""
     assert _faults(_saved(tmp_path / "cube.stl", cube()), tmp_path) == []
+
+
+def test_a_file_without_faces_is_not_printable() -> None:
+    """Points alone, as in an .xyz file, are nothing that can be printed."""
+    told = [fault.message for fault in print_faults(MeshData(vertices=cube()[0]))]
+    assert told == ["the written file has no volume"]
 
 
 @pytest.mark.parametrize(

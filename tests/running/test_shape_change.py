@@ -7,16 +7,18 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.door import load_unchecked
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.looking.words import change_lines
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import RecipeHead, load_recipe, shipped_heads
 from pymeshfair.running.job import plain
-from pymeshfair.running.shape_change import Origins, ShapeChange, milder, shape_change, warnings_of
+from pymeshfair.running.shape_change import Origins, ShapeChange, find_origins, milder, shape_change, warnings_of
 from pymeshfair.scripts.changing import override
 from tests.commands.command_line import document, run_process
 from tests.meshes import Mesh, cube, grid, icosphere, rotation
@@ -291,3 +293,12 @@ def test_a_run_says_it(tmp_path: Path) -> None:
     assert change["sides"][0] < -0.02
     assert change["moved"]["mean"] == pytest.approx(-change["sides"][0], rel=0.2)
     assert "the shape's dimensions changed, even without noise at their ends: x -" in ran.stderr
+
+
+def test_vertices_of_a_file_that_meshlab_reads_are_followed(tmp_path: Path) -> None:
+    """Each vertex of an unchanged mesh is the one with the same number in the file."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*cube()))
+    meshes.save_current_mesh(str(tmp_path / "cube.ctm"))
+    mesh = load_unchecked(tmp_path / "cube.ctm", tmp_path / "meshlab").mesh
+    np.testing.assert_array_equal(find_origins(mesh, mesh).vertices, np.arange(8))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.recipe import load_recipe, shipped_heads
 from pymeshfair.scripts import Script, format_script, parse_script, read_script
 from pymeshfair.scripts.changing import override
+from pymeshfair.scripts.guards import Guards
 from pymeshfair.scripts.script import Setting
 from tests.scripts.texts import problems, script
 
@@ -191,6 +193,19 @@ def test_a_mesh_set_keeps_the_settings_of_its_script(tmp_path: Path) -> None:
     meshes.meshing_remove_duplicate_vertices()
     meshes.save_filter_script(str(again))
     assert read_script(again).settings == ()
+
+
+def test_a_mesh_set_keeps_head_limits_and_unit_of_its_script(tmp_path: Path) -> None:
+    """What was loaded is saved with its head comment, its limits and the unit of its scans."""
+    first, again = tmp_path / "first.mlx", tmp_path / "again.mlx"
+    limits = Guards.parse({"max_displacement": "0.05mm"})
+    whole = replace(settled(), comment="Title\n\nFor: scans", guards=limits, unit="mm")
+    first.write_text(format_script(whole), encoding="utf-8")
+    meshes = MeshSet()
+    meshes.create_sphere(subdiv=2)
+    meshes.load_filter_script(str(first))
+    meshes.save_filter_script(str(again))
+    assert read_script(again) == read_script(first)
 
 
 def test_shipped_settings_say_what_they_do() -> None:

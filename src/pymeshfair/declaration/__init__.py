@@ -243,7 +243,8 @@ class Filter:
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
         """The layer ids among the values, by parameter name."""
-        return {p.name: values[p.name] for p in self.parameters if isinstance(p, Mesh) and isinstance(values.get(p.name), int)}
+        named = {p.name: values.get(p.name) for p in self.parameters if isinstance(p, Mesh)}
+        return {name: int(number) for name, number in named.items() if isinstance(number, int | np.integer)}
 
     @property
     def defaults(self) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from ..mesh_data import as_levels
 from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
 
-#: values by name
 Values: TypeAlias = dict[str, NDArray[Any]]
 #: names of values that stand for MeshLab's scalar, normals (which MeshLab computes from the faces), and colours
 _SCALAR, _NORMALS, _COLORS = "scalar", ("normals", "normal"), ("rgb", "rgba", "colors")
@@ -116,7 +115,7 @@ def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
         arrays.of_vertices[_SCALAR] = placed.vertex_scalars.copy()
     if len(arrays.faces) and placed.has_face_scalars:
         arrays.of_faces[_SCALAR] = placed.face_scalars.copy()
-    for element, name, values in custom_attributes(bench, mesh):
+    for element, name, values in custom_attributes(bench.meshset, mesh):
         (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
         arrays.lost.append("the texture stays in MeshLab: save the mesh to a file to keep it")
@@ -152,7 +151,8 @@ def to_trimesh(arrays: Arrays) -> Any:
         result.vertex_attributes.update(arrays.of_vertices)
         result.face_attributes.update(arrays.of_faces)
         return result
-    arrays.omit("a mesh of trimesh without faces cannot hold", values_of_vertices=arrays.of_vertices)
+    others = {"normals": arrays.normals, "texture_coordinates": arrays.uv, "values_of_vertices": arrays.of_vertices}
+    arrays.omit("a mesh of trimesh without faces cannot hold", **others)
     if not len(arrays.edges):
         return trimesh.PointCloud(arrays.vertices, colors=colors)
     arrays.omit("a mesh of trimesh with edges alone cannot hold", colours=colors)

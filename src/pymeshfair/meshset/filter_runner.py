@@ -122,7 +122,7 @@ class ScriptLog:
     """A filter script: its steps are read from a file or added when filters are applied; it can be applied, printed and saved."""
 
     def __init__(self, script: Script) -> None:
-        self.steps, self._file, self._settings = list(script.steps), script.path, script.settings
+        self.steps, self._script = list(script.steps), script
 
     @classmethod
     def of(cls, file: str | None) -> ScriptLog:
@@ -134,7 +134,7 @@ class ScriptLog:
             try:
                 result, done = apply_step(step)
             except Exception as error:
-                file = self._file if step.line is not None else None
+                file = self._script.path if step.line is not None else None
                 place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
                 raise ScriptStepFailedError(place, reason(error)) from error
             self.steps[number - 1] = replace(step, size=done.size)
@@ -142,7 +142,7 @@ class ScriptLog:
 
     def save(self, file: str, current: Callable[[], Layer]) -> None:
         """Writes an .mlx file; relative lengths of steps that were not applied get absolute values for the current layer."""
-        script = Script((), settings=self._settings).with_steps(_sized(step, current) for step in self.steps)
+        script = self._script.with_steps(_sized(step, current) for step in self.steps)
         write_script(script, Path(file), overwrite=True)
 
     def print(self) -> None:

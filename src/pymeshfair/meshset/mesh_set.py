@@ -177,8 +177,9 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def _exported(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         arrays = exchange.of_meshlab(self.current_mesh(), self._bench)
+        made = make(arrays)
         self._filters.note(arrays.lost)
-        return make(arrays)
+        return made
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Saves the current mesh as pymeshlab does; a note warns of edges, which MeshLab writes into .obj files alone."""

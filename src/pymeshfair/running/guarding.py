@@ -138,7 +138,7 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
         yield from _faults("vertices where the surface touches itself", vertices, touching[:, None])
     if measures.volume is not None:
         yield from _inward(vertices, faces)
-    if measures.volume == 0.0:
+    if measures.volume == 0.0 or not len(faces):
         yield Breach("require", "the written file has no volume", amount=0.0)
     merged = MeshData(vertices=vertices, faces=faces)
     cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)

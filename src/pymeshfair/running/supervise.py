@@ -173,9 +173,9 @@ class Watch:
         if kind != "event":
             return
         if isinstance(event, PhaseStarted):
-            path = self._job.input if event.phase == "reading" else self._job.output
-            self._place = Place(f"{event.phase} {path.name}")
-            self._load_seconds = _LOAD_SECONDS + path.stat().st_size / _LOAD_RATE if event.phase == "reading" else math.inf
+            files = (self._job.input, *self._job.others) if event.phase == "reading" else ()
+            self._place = Place(f"{event.phase} {(*files, self._job.output)[0].name}")
+            self._load_seconds = _LOAD_SECONDS + sum(path.stat().st_size for path in files) / _LOAD_RATE if files else math.inf
         elif isinstance(event, StepStarted):
             script = self._job.recipe.script
             line = script.steps[event.index - 1].line

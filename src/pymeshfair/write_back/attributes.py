@@ -36,7 +36,7 @@ _AXES = ("nx", "ny", "nz")
 SAVED_AS: dict[str, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[str, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 #: Valid names in expressions of muParser, MeshLab's parser; and the names of its constants and of variables used in a write-back.
-_WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _TAKEN: dict[Element, set[str]] = {
     "vertex": {"_pi", "_e", "vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"_pi", "_e", "fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
@@ -201,8 +201,8 @@ def saved_attributes(meshset: Any, prefix: str) -> list[str]:
 
 def check_names(bench: Workbench, mesh: Any) -> None:
     """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
-    for element, listed, points, name in _user_attributes(bench, mesh):
-        if name is None or not _WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
+    for element, listed, points, name in _user_attributes(bench.meshset, mesh):
+        if name is None or not WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
             reason = (
                 "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
             )
@@ -217,7 +217,7 @@ def check_names(bench: Workbench, mesh: Any) -> None:
 
 def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
     """Sets custom attributes to 0 from element `kept` on, where MeshLab leaves undefined values; call `check_names` before."""
-    for kind, name, values in list(custom_attributes(bench, mesh)):
+    for kind, name, values in list(custom_attributes(bench.meshset, mesh)):
         if kind != element or not values[kept:].any():
             continue
         if values.ndim == 1:
@@ -228,19 +228,19 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
             bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
 
 
-def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
+def custom_attributes(meshset: Any, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
     """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points."""
-    for element, _, points, name in _user_attributes(bench, mesh):
+    for element, _, points, name in _user_attributes(meshset, mesh):
         if name is not None:
             yield element, name, _reader(mesh, element, points=points)(name)
 
 
-def _user_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+def _user_attributes(meshset: Any, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
     """Yields custom attributes except helpers: element, name in MeshLab's list, whether values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
-            for listed in saved_attributes(bench.meshset, prefixes[element]):
-                if points or not listed.startswith(PREFIX):
+            for listed in saved_attributes(meshset, prefixes[element]):
+                if points or not listed.startswith("pymeshfair_"):
                     yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed)
 
 
