@@ -29,13 +29,13 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Writes the page of a scan that was done, unless a page with the current checksums of the scan's files exists."""
+    """Writes the page of a scan that was done, unless a page of the same run exists."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "it has no provenance, so that its input is unknown")
     page.parent.mkdir(parents=True, exist_ok=True)
     former = page.read_bytes() if page.is_file() else b""
-    if former and all(digest.encode() in former for digest in digests_of(record).values()):
+    if former and all(mark.encode() in former for mark in (*digests_of(record).values(), record["run"]["started"])):
         return
     check_target(page, ("html",), overwrite=overwrite or _BRAND in former)
     with staging_folder(page) as stage:
