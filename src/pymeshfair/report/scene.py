@@ -95,10 +95,10 @@ def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
     """
     areas = vector_lengths(cross_products(local, faces))
     side = math.sqrt(float(areas.sum()) / target)  # `areas` are doubled: a cell of a flat part keeps two faces
-    cells = np.floor(local / side).astype(np.int64) if side > 0.0 else np.arange(len(local))[:, None]
-    cells -= cells.min(axis=0)
-    key = np.ravel_multi_index(cells.T, cells.max(axis=0) + 1)
-    _, cell_of_vertex = np.unique(key, return_inverse=True)
+    cell_of_vertex = np.zeros(len(local), np.int64) if side > 0.0 else np.arange(len(local))
+    for along in np.floor(local / side).T if side > 0.0 else ():  # axis by axis, since a far vertex makes a key of all overflow
+        _, row = np.unique(along, return_inverse=True)
+        _, cell_of_vertex = np.unique(cell_of_vertex * (row.max() + 1) + row, return_inverse=True)
     counts = np.bincount(cell_of_vertex)
     means = np.column_stack([np.bincount(cell_of_vertex, local[:, k]) / counts for k in range(3)])
     merged = cell_of_vertex.astype(np.int32)[faces]
