@@ -113,6 +113,13 @@ def test_camera_holds_every_vertex_and_lengths_to_scale() -> None:
     assert (near.width, near.height) == (0.4, 0.2)
 
 
+def test_a_vertex_without_a_face_does_not_shrink_the_picture() -> None:
+    """It is not drawn, so the camera need not hold it; survey coordinates with one at the origin made a picture of one dot."""
+    vertices, faces = icosphere(2)
+    stray = mesh_of(np.vstack([vertices, [[1e4, 1e4, 1e4]]]), faces)
+    np.testing.assert_array_equal(pixels(stray), pixels(mesh_of(vertices, faces)))
+
+
 def test_far_from_the_origin_the_picture_is_the_same() -> None:
     """At UTM coordinates, given ones that can be moved exactly, hardly a pixel changes."""
     vertices, faces = sample("bunny.obj")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..declaration import Floats
+from ..declaration import Floats, Ints
 from ..errors import MeshError, ParameterError, hint
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import (
@@ -28,7 +28,7 @@ from ..filters.inspection import (
     symmetric_limits,
     triangle_shapes,
 )
-from ..filters.mesh import bounding_box
+from ..filters.mesh import bounding_box, mask_of
 from ..mesh_data import MeshData
 from .comparison import same_elements
 from .shading import Camera, Scene, render, rotated, texture_of
@@ -232,6 +232,11 @@ class Appearance:
         return Camera(rows, np.asarray(self.centre, dtype=np.float64), height * aspect, height)
 
 
+def drawn_points(vertices: Floats, cells: Ints) -> Floats:
+    """Returns the points of faces or edges; without any, all points. Vertices that no cell uses are not drawn."""
+    return vertices[mask_of(cells, len(vertices))] if len(cells) else vertices
+
+
 def draw_meshes(
     meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
@@ -242,7 +247,7 @@ def draw_meshes(
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
-    camera = appearance.camera([mesh.vertices for mesh in meshes])
+    camera = appearance.camera([drawn_points(m.vertices, m.faces if len(m.faces) else m.edges) for m in meshes])
     scenes, bar = _scenes(meshes, appearance, camera, numbers)
     columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)

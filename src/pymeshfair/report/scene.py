@@ -21,7 +21,7 @@ from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
 from ..filters.topology import proper_faces
-from ..looking.picture import COLORINGS, Coloring, in_unit
+from ..looking.picture import COLORINGS, Coloring, drawn_points, in_unit
 from ..mesh_data import MeshData
 
 MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
@@ -171,8 +171,8 @@ def pack_scene(
 
 
 def _least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
-    low = np.min([mesh.vertices.min(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
-    high = np.max([mesh.vertices.max(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
+    drawn = np.concatenate([drawn_points(mesh.vertices, mesh.elements) for mesh in meshes])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
 
 
