@@ -70,10 +70,7 @@ def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
     If an input has several outputs, the shortest unique end of the output's path follows.
     """
     uses, ends, ends_of_outputs = Counter(inputs), _shortest_ends(inputs), _shortest_ends(outputs)
-    return [
-        ends[input] if uses[input] == 1 else f"{ends[input]} to {ends_of_outputs[output]}"
-        for input, output in zip(inputs, outputs, strict=True)
-    ]
+    return [ends[i] if uses[i] == 1 else f"{ends[i]} to {ends_of_outputs[o]}" for i, o in zip(inputs, outputs, strict=True)]
 
 
 def _shortest_ends(paths: Sequence[Path]) -> dict[Path, str]:

@@ -117,16 +117,15 @@ def _region(text: str, read: ReadMesh, unit: str | None) -> tuple[tuple[float, f
     extent = Length.parse(size).in_mesh_units(unit).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
     if not extent > 0.0:
         raise ParameterError(f"--zoom {text}: the size of a close-up must be above 0")
+    count = len(read.mesh.vertices)
     try:
         if len(place) == 1 and place[0].startswith("vertex="):
-            vertex = int(place[0].removeprefix("vertex="))
-            x, y, z = read.mesh.vertices[vertex if vertex >= 0 else len(read.mesh.vertices)]
+            x, y, z = read.mesh.vertices[range(count).index(int(place[0].removeprefix("vertex=")))]
         else:
             x, y, z = (float(part) for part in place)
         if not math.isfinite(x + y + z):
             raise ValueError
-    except (ValueError, IndexError):
-        count = len(read.mesh.vertices)
+    except ValueError:
         raise ParameterError(
             f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, with N below the vertex count {count} of {read.path.name}"
         ) from None

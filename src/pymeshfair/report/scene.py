@@ -237,8 +237,7 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
+    limits = Limits(limits.low, max(limits))
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
-    if not limits.high > limits.low:
-        limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)
     colors = np.rint(255.0 * coloring.colors(values, limits, tolerance)).astype(int)
     return {"low": limits.low, "high": limits.high, "colors": colors.ravel().tolist()}
