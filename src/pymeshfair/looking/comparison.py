@@ -76,7 +76,7 @@ def state_of(read: ReadMesh) -> MeshState:
     cuts, noise = read.self_intersecting, traits_of(read.measured, ("noise",)).get("noise")
     further_measures = {
         "border_loops": len(border.loops) + len(border.broken),
-        "holes": list(outer_borders(border.loops, local, mesh.faces)).count("no"),
+        "holes": outer_borders(border.loops, local, mesh.faces).count("no"),
         "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
         "noise": None if noise is None else noise * read.measured.resolution(),
         "sharp_edge_length": math.fsum(sharp.lengths),
