@@ -58,3 +58,11 @@ def test_failures_come_first_then_what_moved_most() -> None:
     scans = [outcome("a", rms=0.1), outcome("b", rms=0.3), outcome("c", status="failed")]
     summary = Summary(scans, len(scans), cast("Job", None), started="", finished="", seconds=0.0)
     assert [o.input for o, _, _ in summary.worst_first] == ["c", "b", "a"]
+
+
+def test_numbers_that_json_cannot_hold_end_no_batch() -> None:
+    """Of a scan whose area overflows, which documents hold as a text, the change of the area is unknown and not far."""
+    scans = [outcome(f"{k}", rms=0.1 + 0.001 * k) for k in range(6)]
+    huge = {"mean_edge": "inf", "mean_spacing": None, "area": "inf", "roughness": 5.0}
+    scans.append(Outcome("huge", "huge", "done", 1.0, before=huge, after=huge, displacement={"rms": "inf", "largest": 1.0}))
+    assert outliers(scans) == [()] * 7

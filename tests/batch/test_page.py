@@ -5,7 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
+import pytest
+
+from pymeshfair.batch import page
 from pymeshfair.batch.outcomes import Outcome, Summary
 from pymeshfair.batch.page import warning_kinds, write_page
 from pymeshfair.files.errors import InputError
@@ -62,3 +67,17 @@ def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wr
         assert words in text
     lines = "1 were written although they break a limit.", "3 of these were written by an earlier batch.", "1 failed."
     assert [text.index(line) for line in lines] == sorted(text.index(line) for line in lines)
+
+
+def test_the_page_of_an_earlier_run_is_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A later run may write the same bytes and have broken a limit: its page is another one. The page of the same run stays."""
+    digests = {part: {"sha256": f"{k}" * 64} for k, part in enumerate(("input", "recipe", "output"))}
+    monkeypatch.setattr(page, "read_provenance", lambda _: {**digests, "run": {"started": "2026-11-28T08:00:00Z"}})
+    arguments: Any = (Path("scan.ply"), tmp_path / "scan.ply", tmp_path / "scan.ply.html")
+    options: Any = {"memory": None, "overwrite": True, "workers": Mock(**{"lend.side_effect": LookupError("drawn")})}
+    marks = " ".join(part["sha256"] for part in digests.values())
+    arguments[2].write_text(f"{marks} 2026-11-28T08:00:00Z", "utf-8")
+    page.draw(*arguments, **options)
+    arguments[2].write_text(f"{marks} 2026-11-28T07:00:00Z", "utf-8")
+    with pytest.raises(LookupError, match="drawn"):
+        page.draw(*arguments, **options)

@@ -148,6 +148,8 @@ def test_scans_have_the_shortest_names_that_differ(folder: Path) -> None:
     scans = plan_scans(expand(["b.ply", "one", "two"]), recipe, folder / "out", "{number}.ply")
     assert [scan.label for scan in scans] == ["b.ply", "one/left/scan.ply", "two/left/scan.ply", "right/scan.ply"]
     assert [s.label for s in plan_scans(expand(["t.csv"]), recipe, folder / "out")] == ["scan.ply to x.ply", "scan.ply to y.ply"]
+    (folder / "t.csv").write_text("input,output\nb.ply,x/b.ply\nb.ply,y/b.ply\n")
+    assert [s.label for s in plan_scans(expand(["t.csv"]), recipe, folder / "out")] == ["b.ply to x/b.ply", "b.ply to y/b.ply"]
 
 
 def test_outputs_among_the_inputs_leave_no_scan(folder: Path) -> None:

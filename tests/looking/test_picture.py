@@ -113,6 +113,13 @@ def test_camera_holds_every_vertex_and_lengths_to_scale() -> None:
     assert (near.width, near.height) == (0.4, 0.2)
 
 
+def test_a_vertex_without_a_face_does_not_shrink_the_picture() -> None:
+    """It is not drawn, so the camera need not hold it; survey coordinates with one at the origin made a picture of one dot."""
+    vertices, faces = icosphere(2)
+    stray = mesh_of(np.vstack([vertices, [[1e4, 1e4, 1e4]]]), faces)
+    np.testing.assert_array_equal(pixels(stray), pixels(mesh_of(vertices, faces)))
+
+
 def test_far_from_the_origin_the_picture_is_the_same() -> None:
     """At UTM coordinates, given ones that can be moved exactly, hardly a pixel changes."""
     vertices, faces = sample("bunny.obj")
@@ -274,6 +281,7 @@ def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
         (["-o", tmp_path / "x.png", "--zoom", "vertex=99999999,1%"], "N below the"),
         (["-o", tmp_path / "x.png", "--zoom", "vertex=-1,1%"], "N below the"),
         (["-o", tmp_path / "x.png", "--zoom", "0,0,0,0"], "above 0"),
+        (["-o", tmp_path / "x.png", "--zoom", "nan,0,0,1"], "write X,Y,Z,SIZE"),
         (["-o", tmp_path / "x.png", "--limits", "-1,1"], "--limits: --color plain does not show it"),
         (["-o", tmp_path / "x.png", "--color", "shape", "--tolerance", "0.1"], "--tolerance: --color shape does not show it"),
         (["-o", tmp_path / "x.png", "--color", "scalar", "--stripes", "30"], "--stripes: --color scalar does not show it"),
@@ -282,3 +290,12 @@ def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
         assert result.exit_code == 2, wrong
         assert words in result.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_close_ups_have_the_unit_of_the_scan(tmp_path: Path) -> None:
+    """On a scan in cm a close-up of 5 mm is one of half a mesh unit."""
+    for name, size in (("length", "5mm"), ("number", "0.5")):
+        out = ("-o", str(tmp_path / f"{name}.png"), "--size", "64x64")
+        result = invoke("picture", sample_path("bunny.obj"), *out, "--unit", "cm", "--zoom", f"0,0,0,{size}")
+        assert result.exit_code == 0, result.stderr
+    assert (tmp_path / "length.png").read_bytes() == (tmp_path / "number.png").read_bytes()

@@ -62,3 +62,10 @@ def test_deviations_are_read_back_to_the_bit(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table, np.column_stack([np.arange(len(vertices)), vertices, distances]))
     (tmp_path / "d.ply").write_bytes(deviations_file(mesh, distances, "ply"))
     np.testing.assert_array_equal(read_file(tmp_path / "d.ply").mesh.vertex_scalars, distances)
+
+
+def test_deviations_of_curves_keep_their_edges(tmp_path: Path) -> None:
+    """A file of the distances is the curve that was compared, not the cloud of its vertices."""
+    curve = MeshData(vertices=np.eye(3), edges=np.array([[0, 1], [1, 2]], dtype=np.int32))
+    (tmp_path / "d.ply").write_bytes(deviations_file(curve, np.zeros(3), "ply"))
+    np.testing.assert_array_equal(read_file(tmp_path / "d.ply").mesh.edges, curve.edges)

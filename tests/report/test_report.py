@@ -122,6 +122,25 @@ def test_very_large_meshes_are_thinned_before_they_are_decimated(monkeypatch: py
     np.testing.assert_allclose(shown.scalars["distance"], local[:, 2], atol=0.05)
 
 
+def test_a_far_vertex_does_not_end_the_report_of_a_very_large_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A vertex without a face, as at the origin of survey coordinates, is so many cells away that their numbers overflow."""
+    vertices, faces = icosphere(6)
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_FACES", 2000)
+    shown = shown_mesh("after", MeshData(vertices=np.vstack([vertices, [[1e7, 1e7, 1e7]]]), faces=faces))
+    assert 1500 < len(shown.elements) <= 2000
+    np.testing.assert_allclose(np.linalg.norm(shown.vertices[shown.elements], axis=2), 1.0, atol=0.01)
+
+
+def test_a_vertex_without_a_face_does_not_shrink_the_view() -> None:
+    """It is not shown, so the cube of the coordinates need not hold it."""
+    vertices, faces = icosphere(2)
+    cubes = []
+    for points in (vertices, np.vstack([vertices, [[1e4, 1e4, 1e4]]])):
+        header = pack_scene([shown_mesh("before", MeshData(vertices=points, faces=faces))], {}).header
+        cubes.append((header["centre"], header["half"]))
+    assert cubes[0] == cubes[1]
+
+
 def test_marks_at_axes_are_round() -> None:
     """Multiples of 1, 2 or 5 times a power of ten, all within the axis."""
     assert round_numbers(-0.11, 0.12, 5) == pytest.approx([-0.1, -0.05, 0.0, 0.05, 0.1])

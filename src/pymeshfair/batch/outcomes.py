@@ -185,15 +185,14 @@ def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
     """Returns the displacement called `name` divided by the mean edge (for a cloud, the mean spacing) of the input."""
     moved, before = outcome.displacement, outcome.before
     edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
-    return None if moved is None or not edge else moved[name] / edge
+    return None if moved is None or not edge else float(moved[name]) / float(edge)  # `plain` makes infinity a text
 
 
 def area_change(outcome: Outcome) -> float | None:
     """Returns the change of the area in percent, below 0 for a loss; None for clouds."""
     if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
         return None
-    change: float = 100.0 * (outcome.after["area"] / outcome.before["area"] - 1.0)
-    return change
+    return 100.0 * (float(outcome.after["area"]) / float(outcome.before["area"]) - 1.0)
 
 
 #: the numbers that are compared to find outliers

@@ -29,13 +29,13 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Writes the page of a scan that was done, unless a page with the current checksums of the scan's files exists."""
+    """Writes the page of a scan that was done, unless a page of the same run exists."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "it has no provenance, so that its input is unknown")
     page.parent.mkdir(parents=True, exist_ok=True)
     former = page.read_bytes() if page.is_file() else b""
-    if former and all(digest.encode() in former for digest in digests_of(record).values()):
+    if former and all(mark.encode() in former for mark in (*digests_of(record).values(), record["run"]["started"])):
         return
     check_target(page, ("html",), overwrite=overwrite or _BRAND in former)
     with staging_folder(page) as stage:
@@ -114,16 +114,13 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
     for outcome, label, _ in summary.rows:
         for text in outcome.warnings:
             occurrences.setdefault(re.sub(r"[-+]?\d[\d.,e+-]*", "#", text), []).append((text, label))
-    entries = []
-    for kind in sorted(occurrences):
-        names = list(dict.fromkeys(label for _, label in occurrences[kind]))
-        entries.append({"text": occurrences[kind][0][0], "count": len(names), "names": names[:_EXAMPLES]})
+    kinds = [(found[0][0], list(dict.fromkeys(label for _, label in found))) for _, found in sorted(occurrences.items())]
+    entries = [{"text": text, "count": len(names), "names": names[:_EXAMPLES]} for text, names in kinds]
     return sorted(entries, key=lambda entry: -entry["count"])
 
 
 def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     outcome, label, far = row
-    page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     errors = [outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]
     errors += filter(None, (outcome.former, f"no page: {problem}" if problem else ""))
     for within in (folder, Path(outcome.input).parent):  # the page is sent to others: it names no folders of the machine
@@ -131,7 +128,7 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     return {
         "name": label,
         "status": outcome.status,
-        "page": quote(page) if problem == "" else None,
+        "page": quote(page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()) if problem == "" else None,
         "cells": [_cell(number_of(outcome), question in far) for _, question, number_of in _COLUMNS],
         "errors": errors,
         "warnings": outcome.warnings,

@@ -67,15 +67,16 @@ def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[
 def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
     """Returns a short name for each scan: the shortest unique end of its input's path.
 
-    If an input has several outputs, the output's name follows.
+    If an input has several outputs, the shortest unique end of the output's path follows.
     """
-    ends = {path: [Path(*path.parts[-k:]).as_posix() for k in range(1, len(path.parts) + 1)] for path in inputs}
-    counts, uses = Counter(end for ends_of_path in ends.values() for end in ends_of_path), Counter(inputs)
-    names = [next((end for end in ends[path] if counts[end] == 1), str(path)) for path in inputs]
-    return [
-        name if uses[input] == 1 else f"{name} to {output.name}"
-        for name, input, output in zip(names, inputs, outputs, strict=True)
-    ]
+    uses, ends, ends_of_outputs = Counter(inputs), _shortest_ends(inputs), _shortest_ends(outputs)
+    return [ends[i] if uses[i] == 1 else f"{ends[i]} to {ends_of_outputs[o]}" for i, o in zip(inputs, outputs, strict=True)]
+
+
+def _shortest_ends(paths: Sequence[Path]) -> dict[Path, str]:
+    ends = {path: [Path(*path.parts[-k:]).as_posix() for k in range(1, len(path.parts) + 1)] for path in paths}
+    counts = Counter(end for ends_of_path in ends.values() for end in ends_of_path)
+    return {path: next((end for end in ends[path] if counts[end] == 1), str(path)) for path in paths}
 
 
 def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,8 +81,8 @@ def picture(
     units = dict.fromkeys(u for u in (opened[0].mesh.unit or unit, *(read.mesh.unit for read in opened[1:])) if u)
     if len(units) > 1:
         warn(f"the meshes are in {' and '.join(units)}: they are drawn with the coordinates of their files")
-    centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
     unit = unit_of_scan(unit, opened[0].mesh.unit)
+    centre, extent = _region(zoom, opened[-1], unit) if zoom else (None, 0.0)
     measured = opened[0].measured
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, measured.diagonal, measured.resolution())
     appearance = Appearance(
@@ -107,23 +108,24 @@ def picture(
         say(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
 
 
-def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], float]:
+def _region(text: str, read: ReadMesh, unit: str | None) -> tuple[tuple[float, float, float], float]:
     """Returns the middle of a close-up, and its size in mesh units."""
     from ..declaration import Length
     from ..errors import ParameterError
 
     *place, size = text.split(",")
-    extent = Length.parse(size).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
+    extent = Length.parse(size).in_mesh_units(unit).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
     if not extent > 0.0:
         raise ParameterError(f"--zoom {text}: the size of a close-up must be above 0")
+    count = len(read.mesh.vertices)
     try:
         if len(place) == 1 and place[0].startswith("vertex="):
-            vertex = int(place[0].removeprefix("vertex="))
-            x, y, z = read.mesh.vertices[vertex if vertex >= 0 else len(read.mesh.vertices)]
+            x, y, z = read.mesh.vertices[range(count).index(int(place[0].removeprefix("vertex=")))]
         else:
             x, y, z = (float(part) for part in place)
-    except (ValueError, IndexError):
-        count = len(read.mesh.vertices)
+        if not math.isfinite(x + y + z):
+            raise ValueError
+    except ValueError:
         raise ParameterError(
             f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, with N below the vertex count {count} of {read.path.name}"
         ) from None

@@ -72,12 +72,11 @@ def state_of(read: ReadMesh) -> MeshState:
     # Relative to the mean vertex, since coordinates are squared below.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
-    holes = [kind for kind in outer_borders(border.loops, local, mesh.faces) if kind == "no"]
     sharp = sharp_edges(mesh.vertices, mesh.faces)
     cuts, noise = read.self_intersecting, traits_of(read.measured, ("noise",)).get("noise")
     further_measures = {
         "border_loops": len(border.loops) + len(border.broken),
-        "holes": len(holes),
+        "holes": outer_borders(border.loops, local, mesh.faces).count("no"),
         "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
         "noise": None if noise is None else noise * read.measured.resolution(),
         "sharp_edge_length": math.fsum(sharp.lengths),
@@ -321,5 +320,6 @@ def deviations_file(mesh: MeshData, distances: Floats, extension: str) -> bytes:
         rows = np.column_stack([np.arange(len(distances)), mesh.vertices, distances])
         np.savetxt(file, rows, fmt=("%d", *4 * ("%.17g",)), delimiter=",", header="vertex,x,y,z,distance", comments="")
     else:
-        write_ply(MeshData(vertices=mesh.vertices, faces=mesh.faces, vertex_attributes={"scalars": distances}), file)
+        scalars = {"scalars": distances}
+        write_ply(MeshData(vertices=mesh.vertices, faces=mesh.faces, edges=mesh.edges, vertex_attributes=scalars), file)
     return file.getvalue()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..declaration import Floats
+from ..declaration import Floats, Ints
 from ..errors import MeshError, ParameterError, hint
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import (
@@ -28,7 +28,7 @@ from ..filters.inspection import (
     symmetric_limits,
     triangle_shapes,
 )
-from ..filters.mesh import bounding_box
+from ..filters.mesh import bounding_box, mask_of
 from ..mesh_data import MeshData
 from .comparison import same_elements
 from .shading import Camera, Scene, render, rotated, texture_of
@@ -192,13 +192,12 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
 
 def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Camera:
     """Returns a camera whose window contains all points of (n, 3) clouds; `aspect` is width / height of the window."""
+    points = np.concatenate(clouds)
     # Relative to one of the points, since large coordinates lose digits in the rotation.
-    origin = next(points[0] for points in clouds if len(points))
-    ends = [bounding_box(rotated(points - origin, rows)) for points in clouds if len(points)]
-    low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+    low, high = bounding_box(rotated(points - points[0], rows))
     width, height = (high - low)[:2] / (1.0 - 2.0 * _MARGIN)
     height = max(float(height), float(width) / aspect) or 1.0
-    return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)
+    return Camera(rows, points[0] + (low + high) / 2 @ rows, height * aspect, height)
 
 
 _SCALE_BAR = 0.25  # the longest scale bar, as a share of the width of a panel
@@ -232,6 +231,11 @@ class Appearance:
         return Camera(rows, np.asarray(self.centre, dtype=np.float64), height * aspect, height)
 
 
+def drawn_points(vertices: Floats, cells: Ints) -> Floats:
+    """Returns the points of faces or edges; without any, all points. Vertices that no cell uses are not drawn."""
+    return vertices[mask_of(cells, len(vertices))] if len(cells) else vertices
+
+
 def draw_meshes(
     meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
@@ -242,18 +246,17 @@ def draw_meshes(
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
-    camera = appearance.camera([mesh.vertices for mesh in meshes])
+    camera = appearance.camera([drawn_points(m.vertices, m.faces if len(m.faces) else m.edges) for m in meshes])
     scenes, bar = _scenes(meshes, appearance, camera, numbers)
     columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)
     strip = TITLE_STRIP if appearance.titles else 0
     cell = strip + appearance.height
-    size = (columns * appearance.width, rows * cell + (BAR_STRIP if bar else 0))
-    picture = Image.new("RGB", size, "white")
+    picture = Image.new("RGB", (columns * appearance.width, rows * cell + (BAR_STRIP if bar else 0)), "white")
     for k, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
         left, top = k % columns * appearance.width, k // columns * cell
-        panel = render(scene, camera, appearance.width, appearance.height)
-        picture.paste(Image.fromarray(panel), (left, top + strip))
+        panel = Image.fromarray(render(scene, camera, appearance.width, appearance.height))
+        picture.paste(panel, (left, top + strip))
         if strip:
             write_title(picture, title, left, top, appearance.width)
     draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width, appearance.unit)
@@ -271,8 +274,7 @@ def _scenes(
     scenes = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
         return [_painted(s, m, appearance, camera) for s, m in zip(scenes, meshes, strict=True)], None
-    if numbers is None:
-        numbers = numbers_of(appearance.color, meshes)
+    numbers = numbers_of(appearance.color, meshes) if numbers is None else numbers
     coloring = COLORINGS[appearance.color]
     limits = appearance.limits or coloring.limits_for([n for n in numbers if n is not None])
     return [

@@ -21,7 +21,7 @@ from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
 from ..filters.topology import proper_faces
-from ..looking.picture import COLORINGS, Coloring, in_unit
+from ..looking.picture import COLORINGS, Coloring, drawn_points, in_unit
 from ..mesh_data import MeshData
 
 MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
@@ -95,10 +95,10 @@ def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
     """
     areas = vector_lengths(cross_products(local, faces))
     side = math.sqrt(float(areas.sum()) / target)  # `areas` are doubled: a cell of a flat part keeps two faces
-    cells = np.floor(local / side).astype(np.int64) if side > 0.0 else np.arange(len(local))[:, None]
-    cells -= cells.min(axis=0)
-    key = np.ravel_multi_index(cells.T, cells.max(axis=0) + 1)
-    _, cell_of_vertex = np.unique(key, return_inverse=True)
+    cell_of_vertex = np.zeros(len(local), np.int64) if side > 0.0 else np.arange(len(local))
+    for along in np.floor(local / side).T if side > 0.0 else ():  # axis by axis, since a far vertex makes a key of all overflow
+        _, row = np.unique(along, return_inverse=True)
+        _, cell_of_vertex = np.unique(cell_of_vertex * (row.max() + 1) + row, return_inverse=True)
     counts = np.bincount(cell_of_vertex)
     means = np.column_stack([np.bincount(cell_of_vertex, local[:, k]) / counts for k in range(3)])
     merged = cell_of_vertex.astype(np.int32)[faces]
@@ -171,8 +171,8 @@ def pack_scene(
 
 
 def _least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
-    low = np.min([mesh.vertices.min(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
-    high = np.max([mesh.vertices.max(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
+    drawn = np.concatenate([drawn_points(mesh.vertices, mesh.elements) for mesh in meshes])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
 
 
@@ -237,8 +237,7 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _color_bar(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
+    limits = Limits(limits.low, max(limits))
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
-    if not limits.high > limits.low:
-        limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)
     colors = np.rint(255.0 * coloring.colors(values, limits, tolerance)).astype(int)
     return {"low": limits.low, "high": limits.high, "colors": colors.ravel().tolist()}
