@@ -371,7 +371,7 @@ def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
     """Raises `FilterInputError` if a vertex has moved by more than `FURTHEST` diagonals, which makes a spike, or is not finite.
 
-    The vertices are of ordinary size. `diagonal` is the diagonal of their mesh or region; 0 allows any distance. The
+    The vertices are of ordinary size. `diagonal` is the diagonal of their mesh or region; with 0 nothing is checked. The
     message names the vertex by the (n,) `numbers`, or by its index, and ends with the `advice`.
     """
     squares = np.square(after - before).sum(axis=1)

@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The repertoire with these values; outer_iterations=0 removes `chains`, others in `filtering` set `taubin` to (0,)."""
+        """The repertoire with these values; outer_iterations=0 removes `chains`; else `filtering` removes Taubin alone."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -137,7 +137,7 @@ class SettingsTried:
         alone: bool = False,
         rounding: RoundingPolicy = "keep",
     ) -> None:
-        """Lists the labels and builds the adjacency. If the scan consists of patches, their rims are no borders."""
+        """Lists the labels and builds the adjacency."""
         direction = of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
 

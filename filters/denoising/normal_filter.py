@@ -93,7 +93,7 @@ class NormalFilter:
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether renumbering faces changes no bit of a result; it changes ties of 'guided' and sums of 'vertex_normals'."""
+        """Whether another order of faces in memory changes no bit, see `Adjacency.of`: not with 'guided' and 'vertex_normals'."""
         return self.method not in ("guided", "vertex_normals")
 
 
@@ -119,7 +119,6 @@ class Weighting(NamedTuple):
             float(settings.range_floor),
             -1 if space == "constant" else KERNEL_CODES[space],
             _scale(space, settings.space_sigma * distance),
-            # Other methods with kernels leave the face itself out, since its deviation from itself is always 0.
             settings.method in ("averaged", "guided"),
         )
 

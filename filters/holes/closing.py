@@ -42,7 +42,7 @@ class HoleFilling(NamedTuple):
     islands: tuple[Ints, ...]  # for each closed hole (k,) the rim vertices of islands that the new faces join; usually empty
     left_open: tuple[OpenRim, ...]  # the other rims, with the reason
     # for each closed hole the energy that placed its new vertices: `energy`, or the next lower one if the equations are too
-    # ill-conditioned or the filling leaves the box of its rim by more than `FURTHEST`; "none" if every energy fails
+    # ill-conditioned or the filling leaves the box of its rim by more than `FURTHEST`; "none" if all fail or without `refine`
     energies: tuple[HoleEnergy, ...]
     thrown_out: tuple[bool, ...]  # for each closed hole whether an energy was rejected because of `FURTHEST`
 
@@ -63,9 +63,9 @@ def close_holes(
 
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
-    triangulation, and each round makes it more regular. If a patch bends more than `SHARP` times as much at its rim as the
-    mesh around, its edges get shorter, so that it can bend smoothly. A filling of more than `MOST_VERTICES` vertices gets larger
-    triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new vertices out of
+    triangulation, and each round makes it more regular. If a patch (not of "membrane") bends more than `SHARP` times as much
+    at its rim as the mesh around, its edges get shorter in the next round. A filling of more than `MOST_VERTICES` vertices gets
+    larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new vertices out of
     the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not

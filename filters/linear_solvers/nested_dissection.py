@@ -123,8 +123,8 @@ def _levels(matrix: CompressedRows, first: int, inside: Bools, queue: Ints, boun
 def _cut(matrix: CompressedRows, order: Ints, inside: Bools, queue: Ints, bounds: Ints, depth: int) -> tuple[int, int]:
     """Reorders a part: near side, far side, separator; returns where the far side and the separator begin.
 
-    The separator lies in the cheapest level that leaves at most two thirds of the part on each side; if no level does, in the
-    cheapest of all. It is the set of the level's vertices that touch the far side. A part of one or two levels stays whole.
+    The separator lies in the cheapest level that ends between one and two thirds of the part; if no level does, in the cheapest
+    of all. It is the set of the level's vertices that touch the far side. A part of one or two levels stays whole.
     """
     count = order.shape[0]
     if depth < 3:

@@ -26,7 +26,7 @@ _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved in the calling thread.
 _AT_ONCE = 200
 #: A dense solver's error is the rounding of the highest eigenvalue, which may hide the lowest eigenvalues. Then spectrum slicing,
-#: whose rounding is relative to each row, takes over if 20 more rows exist than this many times the wanted modes.
+#: whose rounding is relative to each row, takes over if 20 + `_SLICED_SHARE` x the wanted modes are at most the number of rows.
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6

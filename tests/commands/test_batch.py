@@ -224,7 +224,7 @@ def test_textures_of_one_name_do_not_meet(tmp_path: Path) -> None:
     [
         (("nothing", "x.ply", "-o", "out"), 2, "there is no recipe 'nothing'"),
         (("smooth_taubin", "*.ply", "-o", "out"), 2, "no file fits the pattern"),
-        (("smooth_taubin", "x.ply", "y/x.ply", "-o", "out"), 2, "outputs would be lost"),
+        (("smooth_taubin", "x.ply", "y/x.ply", "-o", "out"), 2, "files would be overwritten"),
         (("smooth_taubin", "x.ply", "-o", "out", "--memory", "2"), 2, "less than the 100 MB"),
         (("smooth_taubin", "x.ply", "-o", "out", "--set", "1.nothing=2"), 2, "nothing"),
         (("smooth_taubin", "x.ply", "-o", "out", "--jobs", "2", "--scheduler", "tcp://x:1"), 2, "--jobs"),

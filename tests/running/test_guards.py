@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import GuardBroken, ParameterError
@@ -252,6 +254,13 @@ def test_new_meshes_are_measured_from_the_surface(tmp_path: Path) -> None:
     shown = Read(tmp_path / "map.ply")
     assert (shown.face_scalars == 2.0).all()
     assert shown.vertex_scalars.max() < 0.2
+
+
+@given(st.floats(0.0, 100.0))
+def test_limits_come_back_from_their_texts(percent: float) -> None:
+    """A limit in percent is read from its text to the bit, however small."""
+    guards = Guards(max_volume_change=percent, keep_sharp=percent)
+    assert Guards.parse(guards.texts()) == guards
 
 
 def test_guards_in_the_head_of_a_recipe(tmp_path: Path) -> None:

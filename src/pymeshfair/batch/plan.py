@@ -39,7 +39,7 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Reque
 
     An argument is a mesh file; a folder, for the mesh files in it and below it in the order of their paths, without hidden and
     .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with an argument (no list) per line; or a table
-    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Paths in a list or a table are relative to its folder.
+    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. Inputs in a list or a table are relative to its folder.
     """
     scans: dict[tuple[object, ...], RequestedScan] = {}
     for argument in arguments:
@@ -260,7 +260,7 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
         more = f"\n  and {len(problems) - _LISTED:,} more" if len(problems) > _LISTED else ""
         listed = "\n".join(f"  {problem}" for problem in problems[:_LISTED])
         raise ParameterError(
-            f"outputs would be lost:\n{listed}{more}\n"
+            f"files would be overwritten:\n{listed}{more}\n"
             f"give another folder, or a --name in which {', '.join(PLACEHOLDERS)} make the names differ"
         )
 

@@ -181,7 +181,7 @@ def _show_rows(summary: Summary, task: Task) -> None:
     counts = summary.counts
     others = {
         "broken": "written although they broke a limit",
-        "resumed": "of them before this batch",
+        "resumed": "cleaned by an earlier batch",
         "failed": "failed",
         "left": "left",
     }

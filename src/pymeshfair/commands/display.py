@@ -1,4 +1,4 @@
-"""Output by rich: tables on stdout, and the progress of a run on stderr, as a bar on a terminal and as lines elsewhere.
+"""Output by rich: tables on stdout, and the progress of a run on stderr, as a bar or as lines.
 
 User texts, such as paths with brackets, are never parsed as rich's markup.
 """

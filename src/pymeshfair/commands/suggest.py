@@ -97,7 +97,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
     """The traits, corrected by what `FILTER` found."""
     if values is None:
         return traits
-    # With impulses ``drift``, the mean displacement by `FILTER`, is far above the noise: then it counts as the noise.
+    # ``drift`` is the mean displacement by `FILTER`. Impulses make it far larger than the noise; then it counts as the noise.
     uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
     noise = 0.0 if values["shape"] == "clean" else values["drift"] if uneven else traits["noise"]
     return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}

@@ -124,10 +124,11 @@ class Edit:
 
     The layer has n vertices and m faces; N = n + a and M = m + b include the added elements, which come last.
 
-    An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from the nearest
-    old element, and colours are a blend of the colours around. All corners of an added face get one texture coordinate, where the
-    image has about the blended colour. Of several textures, connected added faces get that of the old faces with which they
-    share the most vertices. Added elements are not selected, custom attributes are 0, normals follow from coordinates.
+    An edit may leave attributes of added elements unset: then scalars, and texture coordinates of vertices, come from an old
+    element near the rim of the added ones, and colours are a blend of the colours around. All corners of an added face get
+    one texture coordinate, where the image has about the blended colour. Of several textures, connected added faces get that
+    of the old faces with which they share the most vertices. Added elements are not selected, custom attributes are 0,
+    normals follow from coordinates.
 
     Side effects in MeshLab: added elements turn a mesh of polygons without triangles into a triangle mesh. If only face corners
     have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its faces white. Added

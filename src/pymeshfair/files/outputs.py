@@ -77,7 +77,7 @@ def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overw
 
 
 def _check_former(existing: Sequence[Path], record: Mapping[str, Any] | None, made_from: MadeFrom) -> None:
-    """Refuses to replace files, except provenance, unless a run with the same sources wrote exactly their bytes."""
+    """Refuses to replace files unless a run with the same sources wrote their bytes (the bytes of provenance may differ)."""
     for path in existing:
         reason, digest = made_from.differs(record), recorded_digest(record, path)
         if reason is None and not path.name.endswith(".provenance.json") and sha256_of(path) != digest:

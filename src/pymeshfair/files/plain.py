@@ -238,7 +238,7 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
     sizes = lengths - 1 - counts
     if (wrong := ~np.isin(sizes, (0, 3, 4))).any():
         k = int(np.argmax(wrong))
-        what = "a colour by its number in a list, which the file does not have" if sizes[k] == 1 else "more than a colour"
+        what = "a colour by its number in a list, which is not there" if sizes[k] == 1 else f"a colour of {sizes[k]} numbers"
         raise at_line(tokens, int(lines[k]), f"has {what}")
     of_face = np.repeat(np.arange(len(lines)), counts)
     places = np.arange(len(of_face)) + np.repeat(first + 1 - (np.cumsum(counts) - counts), counts)

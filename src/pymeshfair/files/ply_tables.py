@@ -386,7 +386,7 @@ def _text_columns(tokens: Tokens, lines: Longs, element: PlyElement) -> dict[str
             declared = tokens.values[np.minimum(at, last)]
             wrong = (at >= end) | (declared != np.rint(declared)) | (declared < 0) | (declared > end - at)
             wrong |= ~_fits(tokens, np.minimum(at, last), p.count_type)
-            refuse(tokens, lines, wrong, f"does not say how long its list {p.name!r} is")
+            refuse(tokens, lines, wrong, f"does not give its list {p.name!r} a length that fits the line")
             lengths = declared.astype(np.int64)
             at += 1
         refuse(tokens, lines, at + lengths > end, f"ends before its {p.name!r}")

@@ -91,7 +91,7 @@ class Area:
     mesh: str  # the mesh of this surface: "before" or "after"
     place: tuple[float, float, float]  # (x, y, z) of its point that is furthest from the other surface
     amount: float  # the distance of that point in mesh units, above 0 on the outer side of the other surface
-    size: float  # the diagonal of its bounding box in mesh units
+    size: float  # the diagonal of the box of its samples and vertices that are out of tolerance, in mesh units
     area: float  # in square mesh units; 0 if no sample is out of tolerance
 
 

@@ -107,7 +107,7 @@ REQUIREMENTS |= {"components": True, "genus": True}
 #: by field of `Guards`: the attribute of ``<FilterScript>`` that sets it
 ATTRIBUTES = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange"}
 ATTRIBUTES |= {"require": "require", "keep_sharp": "keepSharp"}
-_PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
+_PERCENT = re.compile(r"((?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)\s*%?")
 
 
 @dataclass(frozen=True)

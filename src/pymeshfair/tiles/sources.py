@@ -247,7 +247,7 @@ class E57Cloud:
 
     @property
     def row(self) -> int:
-        """Returns the size of a point in bytes: its size in the rewritten file plus its size in the output."""
+        """Returns about the bytes of a point in the rewritten file and the output together."""
         attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 

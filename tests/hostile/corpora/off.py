@@ -77,7 +77,7 @@ ROWS = (
     (
         "face_long.off",
         "OFF\n3 1 0\n" + OF + "3 0 1 2 0\n",
-        "its line 6, '3 0 1 2 0', has a colour by its number in a list, which the file does not have",
+        "its line 6, '3 0 1 2 0', has a colour by its number in a list, which is not there",
     ),
     ("col_alpha.off", "OFF\n3 1 0\n" + OF + "3 0 1 2 0.1 0.2 0.3 0.4\n", (3, 1)),
     (

@@ -69,17 +69,17 @@ ROWS = (
     (
         "len_neg.ply",
         H + V + F.replace("uchar", "char") + VR + FR.replace("3 1 2 3", "-1 1 2 3"),
-        "line 16, '-1 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '-1 1 2 3', does not give its list 'vertex_indices' a length that fits the line",
     ),
     (
         "len_huge.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "255 1 2 3"),
-        "line 16, '255 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '255 1 2 3', does not give its list 'vertex_indices' a length that fits the line",
     ),
     (
         "len_frac.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3.5 1 2 3"),
-        "line 16, '3.5 1 2 3', does not say how long its list 'vertex_indices' is",
+        "line 16, '3.5 1 2 3', does not give its list 'vertex_indices' a length that fits the line",
     ),
     ("face0.ply", H + V + F + VR + FR.replace("3 1 2 3", "0"), "its face 3 has 0 vertices"),
     ("face1.ply", H + V + F + VR + FR.replace("3 1 2 3", "1 2"), "its face 3 has 1 vertices"),
