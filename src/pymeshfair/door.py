@@ -414,5 +414,6 @@ def load_unchecked(path: Path, folder: Path) -> Reading:
     except Exception as error:  # pymeshlab raises several unrelated types
         raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
     doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
-    ids = dict.fromkeys(("vertex_ids", "face_ids", "edge_ids"))  # all elements are in the order of the file
-    return Reading(replace(mesh.without_matrix(), source=Source(path, path.suffix[1:].lower()), **ids), doubts)
+    # No ids: all elements are in the order of the file.
+    mesh = replace(mesh.without_matrix(), vertex_ids=None, face_ids=None, edge_ids=None)
+    return Reading(replace(mesh, source=Source(path, path.suffix[1:].lower())), doubts)

@@ -402,7 +402,7 @@ def test_deleted_faces_of_a_strip_are_gone(tmp_path: Path) -> None:
 def test_faces_without_the_only_texture_stay_without_it(tmp_path: Path) -> None:
     """Of a mesh with one texture, faces that do not show it are written so."""
     numbers = np.array([0, -1], np.int32)
-    attributes = {"wedge_texture_coordinates": np.zeros((2, 3, 2)), "texture": numbers}
+    attributes: dict[str, Any] = {"wedge_texture_coordinates": np.zeros((2, 3, 2)), "texture": numbers}
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     vertices = np.array(SQUARE, float)
     mesh = MeshData(vertices=vertices, faces=faces, face_attributes=attributes, textures=(Texture("t.png", None),))

@@ -333,14 +333,14 @@ def test_a_length_with_a_unit_needs_the_unit_of_the_scan(tmp_path: Path) -> None
     """Else it is refused before the mesh is opened, with what it would be in millimetres and in metres, and the way out."""
     missing = tmp_path / "missing.ply"
     head = replace(TAUBIN.script, guards=Guards.parse({"max_displacement": "0.05mm"}))
-    for given in (
+    for limited in (
         job(tmp_path, source=missing, guards={"max_displacement": "0.05mm"}),
         job(tmp_path, Recipe("head", head), missing),
     ):
         with pytest.raises(
             ParameterError, match=r"0\.05 on a scan in mm and 5e-05 on a scan in m, .*--unit mm\|cm\|m\|in\|ft\|um \("
         ):
-            run_job(given)
+            run_job(limited)
     with pytest.raises(ParameterError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
         run_job(job(tmp_path, source=missing, unit="inch"))
 

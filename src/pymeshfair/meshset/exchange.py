@@ -151,8 +151,8 @@ def to_trimesh(arrays: Arrays) -> Any:
         result.vertex_attributes.update(arrays.of_vertices)
         result.face_attributes.update(arrays.of_faces)
         return result
-    others = {"normals": arrays.normals, "texture_coordinates": arrays.uv, "values_of_vertices": arrays.of_vertices}
-    arrays.omit("a mesh of trimesh without faces cannot hold", **others)
+    absent = {"normals": arrays.normals, "texture_coordinates": arrays.uv, "values_of_vertices": arrays.of_vertices}
+    arrays.omit("a mesh of trimesh without faces cannot hold", **absent)
     if not len(arrays.edges):
         return trimesh.PointCloud(arrays.vertices, colors=colors)
     arrays.omit("a mesh of trimesh with edges alone cannot hold", colours=colors)
