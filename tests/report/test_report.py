@@ -19,6 +19,7 @@ import trimesh
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.recipe import load_recipe
 from pymeshfair.report.comparison_page import _title
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
@@ -181,6 +182,20 @@ def test_the_report_of_a_run_shows_what_broke(tmp_path: Path) -> None:
     assert "<FilterScript" in page.text
     sources = [given.get("src") or given.get("href") or "" for _, given in page.elements]
     assert all(source == "" or source.startswith(("data:", "#")) for source in sources)
+
+
+def test_a_report_names_no_folder_of_the_machine(tmp_path: Path) -> None:
+    """Scan, recipe and output in three folders are named by their files alone."""
+    for name in ("scans", "recipes", "out"):
+        (tmp_path / name).mkdir()
+    trimesh.Trimesh(*icosphere(1), process=False).export(tmp_path / "scans" / "scan.ply")
+    (tmp_path / "recipes" / "own.mlx").write_text(load_recipe("smooth_taubin").text, encoding="utf-8")
+    output, page = tmp_path / "out" / "o.ply", tmp_path / "out" / "o.html"
+    done = invoke("run", tmp_path / "recipes" / "own.mlx", tmp_path / "scans" / "scan.ply", "-o", output, "--report", page)
+    assert done.exit_code == 0, done.stderr
+    text = page.read_text(encoding="utf-8")
+    assert "own.mlx" in text
+    assert str(tmp_path) not in text
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """The report on two meshes: verdict, pictures, 3D view, numbers, charts, and the run that made the second from the first."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
@@ -36,6 +37,7 @@ from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
+_FOLDER = re.compile(r'"(?:path|file)": "((?:[^"\\]|\\.)+[/\\])')  # of a file in a record
 
 
 @dataclass(frozen=True)
@@ -122,9 +124,10 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
     paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
     names = {key: path.name for key, path in paths.items()}
     provenance = json.dumps(record, indent=2, ensure_ascii=False)
-    for folder in (*(path.parent for path in paths.values()), Path.cwd()):
-        # Folders of this machine are not shown.
-        provenance = provenance.replace(f"{json.dumps(str(folder), ensure_ascii=False)[1:-1]}/", "")
+    # Folders of this machine are not shown.
+    folders = {json.dumps(f"{Path.cwd()}/", ensure_ascii=False)[1:-1], *_FOLDER.findall(provenance)}
+    for folder in sorted(folders, key=len, reverse=True):
+        provenance = provenance.replace(folder, "")
     return comparison_page(
         replace(compared, comparison=comparison),
         title=f"{names['before']}: {record['recipe']['name']}",
