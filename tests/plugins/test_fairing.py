@@ -509,10 +509,13 @@ def qualities_of(vertices: Floats, faces: Any) -> Floats:
 
 
 def test_regions_that_cannot_be_remade_are_refused() -> None:
-    """At an open border triangles stay; of a whole component nothing says where new surface belongs."""
+    """At an open border triangles stay; of a whole component nothing is left beside; two patches in a belt would cut the mesh."""
     for mesh, condition, message in (
         (tube(), "z < 0.6", "all of the region lies at an open border"),
         (two_spheres(), "x < 2", "a whole component is selected"),
+        (icosphere(2), "z < 0.999", "a whole component is selected"),
+        (icosphere(3), "z > -0.3 && z < 0.3", "the region goes all round the mesh"),
+        (tube(24, 16), "z > 1.2 && z < 1.8", "the region goes all round the mesh"),
     ):
         meshes = mesh_set(mesh)
         select(meshes, condition)
