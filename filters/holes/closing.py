@@ -340,7 +340,7 @@ def remesh_region(
         (n,) bool, the vertices to delete with their faces; and the filling, whose indices refer to the mesh before the deletion.
 
     Raises:
-        FilterInputError: not a mesh; the region is a whole component, lies only at borders, goes all round, or its rim cannot be closed.
+        FilterInputError: not a mesh; the region is a whole component, lies only at borders, goes all round, or cannot be closed.
     """
     points, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, ENERGIES)
