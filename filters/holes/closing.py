@@ -356,6 +356,7 @@ def remesh_region(
     gone = chosen[triangles].any(axis=1)
     if not np.isin(labels[chosen], labels[triangles[~gone]]).all():
         raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
+    chosen = used & ~mask_of(triangles[~gone], n)  # also vertices all of whose triangles go
     rim = mask_of(triangles[gone], n) & ~chosen & ~border
     filling = close_holes(
         points,

@@ -523,6 +523,14 @@ def test_regions_that_cannot_be_remade_are_refused() -> None:
             meshes.apply_coord_region_fairing(remesh=True)
 
 
+def test_a_vertex_left_out_inside_a_remade_region_goes_with_its_triangles() -> None:
+    """The top of a cap is not selected, and all of its triangles are replaced: no vertex without a triangle is left."""
+    vertices, faces = icosphere(3)
+    chosen = (vertices[:, 2] > 0.6) & (np.arange(len(vertices)) != vertices[:, 2].argmax())
+    region, _ = remesh_region(vertices, faces, chosen)
+    assert np.array_equal(np.flatnonzero(~region), np.unique(faces[~region[faces].any(axis=1)]))
+
+
 def test_a_region_that_reaches_a_border_is_remade_up_to_the_triangles_there() -> None:
     """A wall of a tube selected from end to end: both borders and the triangles at them keep every bit."""
     vertices, faces = tube(24, 16)
