@@ -80,13 +80,11 @@ def meshing_close_holes_by_fairing(
         "left_open": dict(sorted(Counter(rim.reason for rim in filling.left_open).items())),
         "left_open_rim_edges": [len(rim.vertices) for rim in filling.left_open],
     }
-    marks = _marks(layer, filling, added["face_selection"], mark)
+    marks = _marks(layer, filling, added["face_selection"], mark if filling.closed else "none")
     return Edit(**added, **marks, values=values, notes=tuple(_notes(layer, filling, energy, lower)))
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:
-    if not filling.closed:
-        return {}
     if mark == "scalar":
         numbers = np.zeros(len(new_faces))
         numbers[new_faces] = filling.hole_of_face + 1.0

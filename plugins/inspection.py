@@ -140,7 +140,11 @@ def compute_scalar_by_displacement_per_vertex(
         signed: Values are negative on the inner side of the reference; for 'vertex' they are the components along its normals.
     """
     other = layer.other(reference)
-    result = inspection.displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
+    points, faces = other.vertices, other.faces
+    if not len(faces) and correspondence != "vertex":  # polylines become triangles without width
+        faces = np.column_stack([other.edges, np.arange(len(points), len(points) + len(other.edges))])
+        points = np.concatenate([points, points[other.edges[:, 1]]])
+    result = inspection.displacement(layer.vertices, layer.faces, points, faces, correspondence=correspondence)
     d = result.distances[_used(layer)]
     values: dict[str, Any] = {"by_vertex": result.by_vertex}
     if len(d):

@@ -9,6 +9,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..fairing.region import ENERGIES, Energy, fair_region
 from ..geometry import angles_between, cross_products
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Longs, check_mesh, check_vertex_mask, mask_of, scaled_to_unit
 from ..topology import BoundaryLoop, border_vertices, boundary_loops, connected_components, face_adjacency, one_rings
 from .refinement import MOST_VERTICES, ForbiddenEdges, Patch, refined_patch, uniform_width
@@ -339,7 +340,7 @@ def remesh_region(
         (n,) bool, the vertices to delete with their faces; and the filling, whose indices refer to the mesh before the deletion.
 
     Raises:
-        FilterInputError: not a mesh; the region is a whole component, lies only at borders, or its rim cannot be closed.
+        FilterInputError: not a mesh; the region is a whole component, lies only at borders, goes all round, or cannot be closed.
     """
     points, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, ENERGIES)
@@ -352,9 +353,10 @@ def remesh_region(
         raise FilterInputError(
             "nothing can be remade: all of the region lies at an open border, whose triangles stay, or has no triangle"
         )
-    if not np.isin(labels[chosen], labels[used & ~chosen]).all():
-        raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     gone = chosen[triangles].any(axis=1)
+    if not np.isin(labels[chosen], labels[triangles[~gone]]).all():
+        raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
+    chosen = used & ~mask_of(triangles[~gone], n)  # also vertices all of whose triangles go
     rim = mask_of(triangles[gone], n) & ~chosen & ~border
     filling = close_holes(
         points,
@@ -368,4 +370,9 @@ def remesh_region(
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():
             raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select one ring more, or one ring less")
+    # Triangles linked by edges leave one hole: two closed rims of the same triangles would cut a body or a handle in two.
+    pairs, count = face_adjacency(triangles[gone])[0], int(gone.sum())
+    links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    if len(filling.closed) > sparse.csgraph.connected_components(links, directed=False)[0]:
+        raise FilterInputError("the region goes all round the mesh, and each of its rims would be closed by itself: select less")
     return chosen, filling

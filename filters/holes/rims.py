@@ -135,7 +135,7 @@ def sorted_rims(
     groups: list[tuple[BoundaryLoop, list[BoundaryLoop]]] = [(hole, []) for hole in holes]
     others = []
     for (rim, outside), number in zip(borders, around, strict=True):
-        if number >= 0:
+        if number >= 0 and (selected is None or selected[holes[number].vertices].any()):
             groups[number][1].append(rim)
         elif outside == "probably" and selected is not None and selected[rim.vertices].any():
             groups.append((rim, []))

@@ -33,12 +33,14 @@ class Limits(NamedTuple):
 
 
 def robust_limits(values: Floats) -> Limits:
-    """Limits that leave out 1 % of the finite values at each end; (0, 0) if no value is finite."""
+    """Limits that leave out 1 % of the finite values at each end, none if these limits are equal; (0, 0) if none is finite."""
     halves = 0.5 * values[np.isfinite(values)]
     if not len(halves):
         return Limits(0.0, 0.0)
     # Halves, since quantiles interpolate by a difference, which overflows for large values of opposite signs.
     low, high = 2.0 * np.quantile(halves, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2], overwrite_input=True)
+    if low == high:
+        low, high = 2.0 * halves.min(), 2.0 * halves.max()
     return Limits(float(low), float(high))
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.fairing.region import fair_region
 from pymeshfair.filters.holes import HoleEnergy, HoleFilling, close_holes
+from pymeshfair.filters.mesh import mask_of
 from pymeshfair.filters.topology import (
     CLOSED,
     IRREGULAR,
@@ -381,6 +382,15 @@ def test_only_selected_holes_are_closed() -> None:
     selected[3] = True
     filling = close_holes(vertices, faces, selected=selected)
     assert [sorted(rim.tolist()) for rim in filling.closed] == [list(range(12))]
+    assert [rim.reason for rim in filling.left_open] == ["selection"]
+
+
+def test_the_selected_rim_of_an_island_is_closed_if_the_hole_around_is_not_selected() -> None:
+    """A cap of a ball in the hole that it was cut from: its own rim is closed, and the hole stays."""
+    mesh = cap_cut(4, 0.9, 0.75)
+    selected = mask_of(mesh[1], len(mesh[0])) & (mesh[0][:, 2] > 0.55)
+    filling = close_holes(*mesh, selected=selected)
+    assert [mesh[0][rim, 2].min() > 0.55 for rim in filling.closed] == [True]
     assert [rim.reason for rim in filling.left_open] == ["selection"]
 
 

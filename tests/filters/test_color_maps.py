@@ -66,3 +66,4 @@ def test_limits_of_hardly_anything() -> None:
             assert np.isfinite(limits).all()
             assert np.isfinite(colors(values, limits)).all()
     assert symmetric_limits(np.array([0.0] * 99 + [3.0])) == (-3.0, 3.0)
+    assert robust_limits(np.array([0.0] * 999 + [3.0])) == (0.0, 3.0)

@@ -509,15 +509,26 @@ def qualities_of(vertices: Floats, faces: Any) -> Floats:
 
 
 def test_regions_that_cannot_be_remade_are_refused() -> None:
-    """At an open border triangles stay; of a whole component nothing says where new surface belongs."""
+    """At an open border triangles stay; of a whole component nothing is left beside; two patches in a belt would cut the mesh."""
     for mesh, condition, message in (
         (tube(), "z < 0.6", "all of the region lies at an open border"),
         (two_spheres(), "x < 2", "a whole component is selected"),
+        (icosphere(2), "z < 0.999", "a whole component is selected"),
+        (icosphere(3), "z > -0.3 && z < 0.3", "the region goes all round the mesh"),
+        (tube(24, 16), "z > 1.2 && z < 1.8", "the region goes all round the mesh"),
     ):
         meshes = mesh_set(mesh)
         select(meshes, condition)
         with pytest.raises(pymeshlab.PyMeshLabException, match=message):
             meshes.apply_coord_region_fairing(remesh=True)
+
+
+def test_a_vertex_left_out_inside_a_remade_region_goes_with_its_triangles() -> None:
+    """The top of a cap is not selected, and all of its triangles are replaced: no vertex without a triangle is left."""
+    vertices, faces = icosphere(3)
+    chosen = (vertices[:, 2] > 0.6) & (np.arange(len(vertices)) != vertices[:, 2].argmax())
+    region, _ = remesh_region(vertices, faces, chosen)
+    assert np.array_equal(np.flatnonzero(~region), np.unique(faces[~region[faces].any(axis=1)]))
 
 
 def test_a_region_that_reaches_a_border_is_remade_up_to_the_triangles_there() -> None:

@@ -32,3 +32,13 @@ def test_flat_parts_are_nearly_white_in_any_position(name: str, size: float) -> 
         colors = meshes.current_mesh().vertex_color_matrix()[:, :3]
         assert (colors[inside & away] > 0.9).all()
         assert (colors[inside & ~away].min() < 0.9) == (pulled > 0.0)
+
+
+def test_displacement_from_a_polyline_is_the_distance_from_its_edges() -> None:
+    """Points beside the middles of edges of length 1 are as far away as beside their ends."""
+    places = np.array([[x, 0.0, 0.0] for x in range(5)])
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(places, edge_matrix=np.array([[k, k + 1] for k in range(4)])))
+    meshes.add_mesh(pymeshlab.Mesh(np.array([[0.5, 0.2, 0.0], [2.0, 0.0, 0.2], [3.5, 0.0, -0.2]])))
+    meshes.compute_scalar_by_displacement_per_vertex(reference=0)
+    assert np.allclose(meshes.current_mesh().vertex_scalar_array(), 0.2)
