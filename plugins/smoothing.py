@@ -126,7 +126,7 @@ def apply_coord_explicit_smoothing(
     except UnstableStepError as error:
         largest = error.largest_stable / unit
         raise UnstableStepError(
-            f"step={step} is unstable with operator {operator!r} on this mesh: take at most {largest:.4g} "
+            f"step={step} is unstable with operator {operator!r} on this mesh: take at most {{}} "
             "(squared mean edges), or use Implicit Fairing, which has no limit",
             largest_stable=largest,
         ) from error
