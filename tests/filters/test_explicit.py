@@ -274,7 +274,7 @@ def test_along_a_straight_uneven_border_only_the_uniform_operator_moves_vertices
 
 @pytest.mark.parametrize("noise", [0.01, 0.015, 0.02, 0.025, 0.03])
 def test_the_step_that_the_message_advises_is_taken(noise: float) -> None:
-    """The written digits are no more than the largest stable step: rounded to the nearest, half of them would be refused again."""
+    """The written number is not above the largest stable step: half of those rounded to the nearest would be refused again."""
     mesh = noisy(icosphere(3), noise)
     with pytest.raises(UnstableStepError) as caught:
         explicit_smoothing(*mesh, operator="laplace_beltrami", step=1.0, iterations=1)
