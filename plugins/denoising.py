@@ -341,8 +341,10 @@ def apply_coord_bilateral_projection_of_points(
             quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
         use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
     """
-    options: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
-    options["movable"] = movable_vertices(layer, selected)
+    normals = layer.vertex_normals if use_normals else None
+    if normals is not None and not normals.any():
+        raise MeshError(f"the points of {layer.label!r} have no normals: compute them first, or use use_normals=False")
+    options: dict[str, Any] = {**kernels.arguments(), "normals": normals, "movable": movable_vertices(layer, selected)}
     values: dict[str, Any] = {}
     if iterations < 0:
         choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))

@@ -277,7 +277,7 @@ def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Pro
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
     options: dict[str, Any] = {"edge_stop": parameters.range_kernel, "contrast": parameters.range_sigma or None}
     options |= {"step": parameters.step * diffusion.longest_step(layer.faces), "iterations": parameters.iterations}
-    options |= {"movable": movable_vertices(layer, parameters.selected), "progress": progress}
+    options |= {"movable": layer.selected_vertices() if parameters.selected else None, "progress": progress}
     return diffusion.perona_malik(values, layer.faces, **options)
 
 
