@@ -182,7 +182,7 @@ def apply_normal_robust_filtering_per_face(
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, progress=choosing)
     if "normal_iterations" not in set_values:
-        effective["normal_iterations"] *= max(1, effective["outer_iterations"])  # 0: the choice filters no normals
+        effective["normal_iterations"] *= effective["outer_iterations"]  # 0: the choice filters no normals
     effective = {name: effective[name] for name in STEP_ONE}
     filtered = denoising.filter_face_normals(
         layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if made else 0.0, 1.0)
