@@ -4,6 +4,7 @@ A whole number is an `int` or a NumPy integer: 2.0 is refused like 2.5. `bool` i
 """
 
 import math
+from decimal import ROUND_FLOOR, Context
 from numbers import Integral, Real
 from typing import Any, get_args
 
@@ -35,7 +36,9 @@ class UnstableStepError(FilterInputError):
     """
 
     def __init__(self, message: str, *, largest_stable: float) -> None:
-        super().__init__(message)
+        """Writes the longest step in place of "{}" in the message, rounded down: a step of the written length is allowed."""
+        written = float(Context(6, ROUND_FLOOR).create_decimal_from_float(largest_stable))
+        super().__init__(message.replace("{}", f"{written:g}"))
         self.largest_stable = largest_stable
 
 

@@ -477,7 +477,7 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
     points = vertices[used]
     if len(points) == 0 or not (points != points[0]).any():
         return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
-    scaled, scale = _centred_and_scaled(points)
+    scaled, scale = scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
     index = np.cumsum(used) - 1
     positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], _MOLLIFIED)
     spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
@@ -501,7 +501,7 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     if len(places) == n:
         places, place_of = points, np.arange(n)
         together = np.ones(n, dtype=np.int64)
-    scaled, scale = _centred_and_scaled(places)
+    scaled, scale = scaled_to_unit(np.ascontiguousarray(places - places.mean(axis=0)))
     try:
         positive, masses = robust_laplacian.point_cloud_laplacian(scaled, _MOLLIFIED, _NEIGHBOURS)
     except RuntimeError as error:
@@ -512,10 +512,6 @@ def robust_cloud_laplacian(points: Floats) -> Laplacian:
     place_of = place_of.ravel()
     spread = sparse.csr_array((1.0 / together[place_of], (place_of, np.arange(n))), shape=(len(places), n))
     return _transferred(positive, masses, scale, spread)
-
-
-def _centred_and_scaled(points: Floats) -> tuple[Floats, float]:
-    return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
 
 
 def _transferred(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:

@@ -182,7 +182,7 @@ def apply_normal_robust_filtering_per_face(
         choosing = part_of(progress, 0.0, CHOOSING)
         effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, progress=choosing)
     if "normal_iterations" not in set_values:
-        effective["normal_iterations"] *= max(1, effective["outer_iterations"])  # 0: the choice filters no normals
+        effective["normal_iterations"] *= effective["outer_iterations"]  # 0: the choice filters no normals
     effective = {name: effective[name] for name in STEP_ONE}
     filtered = denoising.filter_face_normals(
         layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if made else 0.0, 1.0)
@@ -341,8 +341,10 @@ def apply_coord_bilateral_projection_of_points(
             quadrics curved surfaces shrink less, but quadrics need 40 or more neighbours.
         use_normals: Move along the given normals of the points. Otherwise each iteration estimates the normals again.
     """
-    options: dict[str, Any] = {"normals": layer.vertex_normals if use_normals else None, **kernels.arguments()}
-    options["movable"] = movable_vertices(layer, selected)
+    normals = layer.vertex_normals if use_normals else None
+    if normals is not None and not normals.any():
+        raise MeshError(f"the points of {layer.label!r} have no normals: compute them first, or use use_normals=False")
+    options: dict[str, Any] = {**kernels.arguments(), "normals": normals, "movable": movable_vertices(layer, selected)}
     values: dict[str, Any] = {}
     if iterations < 0:
         choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))

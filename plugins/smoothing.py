@@ -126,7 +126,7 @@ def apply_coord_explicit_smoothing(
     except UnstableStepError as error:
         largest = error.largest_stable / unit
         raise UnstableStepError(
-            f"step={step} is unstable with operator {operator!r} on this mesh: take at most {largest:.4g} "
+            f"step={step} is unstable with operator {operator!r} on this mesh: take at most {{}} "
             "(squared mean edges), or use Implicit Fairing, which has no limit",
             largest_stable=largest,
         ) from error
@@ -277,7 +277,7 @@ def _diffused(values: Floats, layer: Layer, parameters: Diffusion, progress: Pro
         raise FilterInputError("step=0 changes nothing: take a share of the largest stable step above 0 and at most 1")
     options: dict[str, Any] = {"edge_stop": parameters.range_kernel, "contrast": parameters.range_sigma or None}
     options |= {"step": parameters.step * diffusion.longest_step(layer.faces), "iterations": parameters.iterations}
-    options |= {"movable": movable_vertices(layer, parameters.selected), "progress": progress}
+    options |= {"movable": layer.selected_vertices() if parameters.selected else None, "progress": progress}
     return diffusion.perona_malik(values, layer.faces, **options)
 
 

@@ -79,7 +79,7 @@ def apply_coord_spectral_filter(
     if filtered is None or not (modes or smoothed.amount):
         return smoothed.edit()
     report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=filtered.vertices, values={**report, **smoothed.values}, notes=(_in_words(response, filtered),))
+    return Edit(vertices=smoothed.vertices, values={**report, **smoothed.values}, notes=(_in_words(response, filtered),))
 
 
 def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:

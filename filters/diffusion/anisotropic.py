@@ -76,7 +76,7 @@ def perona_malik(
     step = longest if step is None else step
     if check_positive("step", step) > longest:
         raise UnstableStepError(
-            f"with step {step:g} values may leave their range: take at most {longest:.6g}, one over the largest number of "
+            f"with step {step:g} values may leave their range: take at most {{}}, one over the largest number of "
             "neighbours of a vertex",
             largest_stable=longest,
         )

@@ -18,7 +18,6 @@ from .stencil import Advance, UpdateRule, explicit_stencil
 
 #: The operators without a unit. Their spectrum lies in [-2, 0], so that lambda, mu and the pass band mean the same on all meshes.
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
-NORMALISED_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
 _SPIKE_PASSES = 10  # The largest number of passes to remove spikes. A pass removes only the highest spike of a one-ring.
 #: One iteration. Its arguments are its number (from 0), the points, and an array to overwrite that already holds the fixed
 #: vertices. It returns the new points and the array that the next iteration may overwrite.
@@ -69,7 +68,7 @@ def explicit_smoothing(
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
         UnstableStepError: at the start or after some shrinking, the step exceeds the largest stable step, which the error names.
     """
-    normalised = operator in NORMALISED_OPERATORS
+    normalised = operator in get_args(TaubinOperator)
     if update == "euler":
         check_positive("step", step, most=1.0 if normalised else None, note=f", for the operator {operator!r}")
     surface = explicit_surface(vertices, faces, operator, border, movable, iterations, whole, steps=1, update=update)
@@ -82,7 +81,7 @@ def explicit_smoothing(
             largest = 2.0 / bound / scale / scale
             when = "" if done == 0 else f" after {done} iterations, which have shrunk the surface"
             raise UnstableStepError(
-                f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {largest:g} squared "
+                f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {{}} squared "
                 f"mesh units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them "
                 "helps), or implicit fairing, which is stable for any step",
                 largest_stable=largest,
@@ -240,8 +239,7 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
     largest = largest_stable_step(mu / step, largest_eigenvalue)
     if step > largest:
         raise UnstableStepError(
-            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
-            "proportion",
+            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {{}} and mu in proportion",
             largest_stable=largest,
         )
     return mu

@@ -19,7 +19,6 @@ from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacia
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
-_WITHOUT_UNIT = ("uniform", "inverse_length")  # the operators whose time step has no unit
 #: C is the stiffness matrix, M the mass matrix. "linear": C and M of the input for all steps. "mean_curvature": both are built
 #: anew for every step. "conformalized": C of the input, M built anew.
 Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
@@ -130,7 +129,7 @@ def implicit_fairing(
     mesh = normalised_mesh(points, triangles, movable)
     if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
-    t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
+    t = time_step if operator in ("uniform", "inverse_length") else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
         solves = (steps if flow == "linear" else 1) * (1 + _SOLVES * keep_dimensions)
         process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, solves, flow, border)

@@ -99,7 +99,7 @@ def enhance_details(
     if len(triangles) == 0 and len(points):
         raise FilterInputError("the mesh has no triangles: only a surface has relief; triangulate a point cloud first")
     mesh = normalised_mesh(points, triangles, movable)
-    problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    problem = spectral_problem(mesh.points, mesh.cells, operator=operator, numbers=mesh.order)
     if len(problem.mass) == 0:
         return EnhancedDetails(points.copy())
     shortest, longest = _band(mesh, detail_size, largest_size)

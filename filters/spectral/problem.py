@@ -64,8 +64,10 @@ class SpectralProblem:
         return spread
 
 
-def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SurfaceOperatorName = "auto") -> SpectralProblem:
-    """Builds the eigenproblem of a mesh.
+def spectral_problem(
+    vertices: ArrayLike, faces: ArrayLike, *, operator: SurfaceOperatorName = "auto", numbers: Ints | None = None
+) -> SpectralProblem:
+    """Builds the eigenproblem of a mesh. Errors name vertices by their (n,) `numbers`, or by their indices.
 
     Raises:
         FilterInputError: not a mesh, an unknown operator, a size out of range, or a vertex without area in a component with area.
@@ -74,7 +76,7 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Surface
     check_size(1.0 / normalised_mesh(points, triangles).scale)
     components, _ = connected_components(triangles, len(points))
     laplacian = surface_laplacian(points, triangles, operator)
-    rows = np.flatnonzero(_usable(laplacian, components, operator)).astype(np.int32)
+    rows = np.flatnonzero(_usable(laplacian, components, operator, numbers)).astype(np.int32)
     dirichlet = sparse.csr_matrix(-laplacian.stiffness)
     if len(rows) < len(points):
         dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
@@ -91,7 +93,7 @@ def check_size(size: float) -> None:
         )
 
 
-def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorName) -> Bools:
+def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorName, numbers: Ints | None) -> Bools:
     """Returns (n,) which vertices have a row: those with a triangle, in components without a vertex of mass 0."""
     used = components >= 0
     massless = used & ~(laplacian.mass > 0.0)
@@ -100,10 +102,10 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SurfaceOperatorNam
     count = int(components.max(initial=-1)) + 1
     stricken, has_area = mask_of(components[massless], count), mask_of(components[used & (laplacian.mass > 0.0)], count)
     if (stricken & has_area).any():
-        first = int(massless.argmax())
+        refused = np.flatnonzero(massless & has_area[components])
         raise FilterInputError(
-            f"vertex {first} has no area: all its triangles are degenerate ({int(massless.sum())} such vertices): take the "
-            f"operator 'robust' instead of {operator!r}, or remove them"
+            f"vertex {refused[0] if numbers is None else numbers[refused[0]]} has no area: all its triangles are degenerate "
+            f"({len(refused)} such vertices): take the operator 'robust' instead of {operator!r}, or remove them"
         )
     return used & ~stricken[components]
 

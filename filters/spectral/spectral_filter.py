@@ -128,14 +128,14 @@ def spectral_filter(
         raise FilterInputError("the mesh has no triangles: spectral filters need a surface; triangulate a point cloud first")
     if len(points) == 0 or not (mesh.movable_vertices is None or mesh.movable_vertices.any()):
         return _untouched(points, "no vertex may move")
-    problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    problem = spectral_problem(mesh.points, mesh.cells, operator=operator, numbers=mesh.order)
     if len(problem.mass) == 0:
         return _untouched(points, "no triangle has an area")
     scale = mesh.scale
-    largest = None if largest_size is None else largest_size * scale
 
     def transfer(size: float) -> Response:
-        return _response(response, size, largest, gain, order)
+        in_mesh_units = _response(response, size / scale, largest_size, gain, order)
+        return replace(in_mesh_units, cutoffs=tuple(cutoff / scale for cutoff in in_mesh_units.cutoffs))
 
     size = math.inf if detail_size is None else detail_size * scale
     centred, centroids = about_centroids(mesh.points[problem.vertices], problem)

@@ -96,7 +96,7 @@ def spectrum(
     mesh = normalised_mesh(points, triangles)
     unit = 1.0 / mesh.scale
     check_size(unit)
-    plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    plain = spectral_problem(mesh.points, mesh.cells, operator=operator, numbers=mesh.order)
     if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: only a surface has a spectrum")
     problem = without_stiffest(plain)

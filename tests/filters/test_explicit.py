@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -269,6 +270,18 @@ def test_along_a_straight_uneven_border_only_the_uniform_operator_moves_vertices
 
 
 # ------------------------------------------------------------------------------------------------------------------ stability
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.015, 0.02, 0.025, 0.03])
+def test_the_step_that_the_message_advises_is_taken(noise: float) -> None:
+    """The written number is not above the largest stable step: half of those rounded to the nearest would be refused again."""
+    mesh = noisy(icosphere(3), noise)
+    with pytest.raises(UnstableStepError) as caught:
+        explicit_smoothing(*mesh, operator="laplace_beltrami", step=1.0, iterations=1)
+    advised = re.search(r"on this mesh, (\S+) squared", str(caught.value))
+    assert advised
+    explicit_smoothing(*mesh, operator="laplace_beltrami", step=float(advised[1]), iterations=1)
+    assert float(advised[1]) == pytest.approx(caught.value.largest_stable, rel=1e-5)
 
 
 @pytest.mark.parametrize("operator", ["scale_dependent", "laplace_beltrami", "robust"])

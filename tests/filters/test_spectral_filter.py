@@ -270,6 +270,14 @@ def test_parameters_are_checked(options: dict[str, Any], message: str) -> None:
         spectral_filter(*icosphere(1), **options)
 
 
+@pytest.mark.parametrize("method", ["eigenvectors", "polynomial"])
+def test_a_band_that_the_modes_leave_empty_is_told_in_mesh_units(method: Any) -> None:
+    """The largest size in the error is the one that was given, on a mesh of any size."""
+    vertices, faces = icosphere(2)
+    with pytest.raises(FilterInputError, match=r"largest_size 1\.0 is not above detail_size \d\d\d\.\d+: no wave is in between"):
+        spectral_filter(100.0 * vertices, faces, response="enhance", modes=20, largest_size=1.0, method=method)
+
+
 def test_a_point_cloud_is_refused() -> None:
     """A surface is needed; the message says what to do."""
     with pytest.raises(FilterInputError, match="no triangles: spectral filters need a surface; triangulate"):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.operators import SurfaceOperatorName, laplace_beltrami
+from pymeshfair.filters.spectral import enhance_details, spectral_filter, spectrum
 from pymeshfair.filters.spectral.problem import spectral_problem
 from tests.meshes import AWKWARD, Mesh, area, book, grid, icosphere, two_spheres, with_caps, with_needles
 
@@ -78,6 +81,16 @@ def test_a_vertex_without_area_is_refused_by_name() -> None:
     with pytest.raises(FilterInputError, match=f"vertex {len(vertices)} has no area.*'robust'"):
         spectral_problem(*spike, operator="cotangent")
     assert (spectral_problem(*spike).mass > 0.0).all()
+
+
+def test_a_vertex_without_area_has_its_number_in_the_mesh() -> None:
+    """Neither vertices without a triangle nor components that may stay without area shift or take the number in the message."""
+    vertices, faces = grid(3, 3)
+    points = np.concatenate([np.zeros((6, 3)), vertices, [vertices[0]]])
+    cells = np.concatenate([[[3, 4, 5]], faces + 6, [[6, 7, len(points) - 1]]]).astype(np.int32)
+    for call in (partial(spectral_filter, detail_size=1.0), partial(spectrum, modes=0), enhance_details):
+        with pytest.raises(FilterInputError, match=rf"vertex {len(points) - 1} has no area.*\(1 such vertices\)"):
+            call(points, cells, operator="cotangent")
 
 
 @pytest.mark.parametrize("name", AWKWARD)

@@ -160,3 +160,16 @@ def test_no_more_faces_are_folded_than_before() -> None:
         found = moving_vertices.smoothed_by_amount(layer, -1.0, folding, (0.0, 1.0), selected=False, progress=lambda _: None)
     assert folded_faces(folding(vertices), faces).sum() > folded_faces(vertices, faces).sum()
     assert folded_faces(found.vertices, faces).sum() <= folded_faces(vertices, faces).sum()
+
+
+def test_the_spectral_filter_folds_no_more_faces_either() -> None:
+    """Where half of a ball shrinks beside fixed vertices, the written vertices are those after folded faces are taken back."""
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*NOISY))
+    meshes.compute_selection_by_condition_per_vertex(condselect="sin(x * 30) > 0")
+    with mock.patch.object(moving_vertices, "chosen_amount") as choice:
+        choice.return_value.chosen.label, choice.return_value.trials = 30.0, ()
+        meshes.apply_coord_spectral_filter(detail_size="auto", selected=True)
+    moved = meshes.current_mesh().vertex_matrix()
+    assert not np.array_equal(moved, NOISY[0])
+    assert folded_faces(moved, NOISY[1]).sum() <= folded_faces(*NOISY).sum()

@@ -66,6 +66,27 @@ def test_points_are_projected_with_estimated_or_own_normals() -> None:
         np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("iterations", [2, "auto"])
+def test_own_normals_that_points_lack_are_told(iterations: Any) -> None:
+    """Points with normals of 0 would all stay, without a word or as free of noise."""
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(noisy(icosphere(3), 0.01)[0]))
+    with pytest.raises(pymeshlab.PyMeshLabException, match="have no normals: compute them first, or use use_normals=False"):
+        meshes.apply_filter("apply_coord_bilateral_projection_of_points", use_normals=True, iterations=iterations)
+
+
+def test_a_far_vertex_does_not_matter_for_values() -> None:
+    """Diffusion of scalars reads no coordinates: wherever a vertex lies, the values are the same."""
+    vertices, faces = icosphere(2)
+    values, found = np.sin(np.arange(len(vertices))), []
+    for x in (0.0, 1e20):
+        moved = np.where(np.arange(len(vertices))[:, None] == 3, [x, 0.0, 0.0], vertices)
+        meshes = mesh_set((moved, faces), v_scalar_array=values)
+        meshes.apply_filter("apply_scalar_anisotropic_diffusion_per_vertex")
+        found.append(meshes.current_mesh().vertex_scalar_array())
+    np.testing.assert_array_equal(*found)
+
+
 def test_points_are_projected_onto_quadrics() -> None:
     """The degree is that of the function."""
     points = noisy(icosphere(3), 0.01)[0]

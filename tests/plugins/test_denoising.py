@@ -28,7 +28,7 @@ from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_nor
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
-from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, noisy, subdivided
+from tests.meshes import Floats, Ints, Mesh, cube, icosphere, irregular_grid, noisy, subdivided
 
 
 @dataclass
@@ -187,6 +187,14 @@ def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
     assert part.face_normals is not None
     np.testing.assert_array_equal(part.face_normals[some], edit.face_normals[some])
     np.testing.assert_array_equal(part.face_normals[~some], face_normals(*rough)[~some])
+
+
+def test_face_normals_of_a_clean_mesh_stay() -> None:
+    """Where Normal Filtering has no round, the automatic number of passes over the normals, its total, is 0."""
+    clean = icosphere(3)
+    edit = apply(apply_normal_robust_filtering_per_face, Surface(*clean))
+    assert (edit.values["shape"], edit.values["normal_iterations"]) == ("clean", 0)
+    np.testing.assert_allclose(edit.face_normals, face_normals(*clean), rtol=0, atol=1e-15)
 
 
 def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
