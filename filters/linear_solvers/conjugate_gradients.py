@@ -34,7 +34,7 @@ STRENGTH = 0.08
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
 _LEAST_GAIN = 0.8
-#: Two terms raise the coarsest diagonal: `_SHIFT` times itself, far below all eigenvalues but that of the constant vector; and
+#: Two terms raise the coarsest diagonal: its `_SHIFT`th part, far below all eigenvalues but that of the constant vector; and
 #: `_NOISE` times the finest diagonal, restricted to the coarsest level, above the rounding errors of cancelling sums.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
 #: The largest number of runs in a level, and the smallest number of rows in a run, a range of rows that one thread sweeps alone.
@@ -310,7 +310,7 @@ class SmoothedAggregation:
         """Approximates A^-1 right_side, (n, 3), by `cycles` V-cycles; each solves for the residual that remains."""
         x = self(right_side).copy()
         if not self._levels:
-            return x  # solved by the factors of the matrix itself
+            return x  # solved by factors alone
         matrix, residual = self._levels[0].matrix, np.empty_like(x)
         for _ in range(cycles - 1):
             _add_product(-1.0, CompressedRows.of(matrix), x, right_side, residual)

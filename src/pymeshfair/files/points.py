@@ -227,7 +227,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the source text; default columns without such a text, for .xyz from .pts, or for .pts from others."""
+    """Writes the columns of the source text. Without one, or between .xyz and .pts, default columns are written."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _MOST_PIECES = 5  # the most pieces that get a line each
 MOST_AREAS = 20  # the most areas out of tolerance that are listed
-#: a measure, its words, and whether it has a row even if all values are 0 or unknown
+#: a measure, its words, and whether it has a row even if all values are 0 (or unknown, unless that is due to clouds or tiles)
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),

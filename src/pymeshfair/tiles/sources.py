@@ -113,7 +113,7 @@ class PlyFile:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes the `count` vertices that `marks` keep; properties in `added` get new values; integers become double."""
+        """Writes the `count` vertices that `marks` keep; properties in `added` get new values, in place of integers as double."""
         whole = [p for p in self.vertices.element.properties if p.name in added and KINDS[p.type][0] != "f"]
         old = [replace(p, type="double") if p in whole else p for p in self.vertices.element.properties]
         new = [PlyProperty(name, "double") for name in added if name not in (self.vertices.dtype.names or ())]
@@ -218,7 +218,7 @@ class LasCloud:
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
         for name in added:
-            if not is_declared(header, name, np.array([1 / 3])):  # it removes integers, which cannot hold 1/3
+            if not is_declared(header, name, np.array([1 / 3])):  # removes a dimension of integers
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with opened(self.path) as reader, target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
