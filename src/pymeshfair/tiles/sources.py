@@ -159,6 +159,10 @@ class MeshFile(PlyFile):
         self.check_others(("vertex", "face"), "by tiles, a mesh may have only vertices and faces")
         return table
 
+    @property
+    def has_normals(self) -> bool:
+        return set(self.names["normals"]) <= {p.name for p in self.vertices.element.properties}
+
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """Yields (m, 3) vertex indices, `size` faces at a time."""
         name = _lists_of_corners(self.faces_table)[0]
@@ -166,12 +170,13 @@ class MeshFile(PlyFile):
             yield rows[name].astype(np.int64)
 
     def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Writes the mesh with new coordinates in double precision."""
+        """Writes the mesh with new coordinates in double precision, and with new normals if the results have them."""
+        names = (*PLACE, *self.names["normals"])[: results.values.width]
         properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
         elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
         vertices = (
-            {p.name: rows[p.name] for p in properties} | dict(zip(PLACE, block.T, strict=True))
+            {p.name: rows[p.name] for p in properties} | dict(zip(names, block.T, strict=True))
             for rows, block in zip(self.vertices.slices(size), results.in_order(tiles, size), strict=True)
         )
         self.rewrite(target, elements, vertices, size)
