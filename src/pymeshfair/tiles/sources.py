@@ -101,6 +101,10 @@ class PlyFile:
     def __len__(self) -> int:
         return self.vertices.element.count
 
+    def has(self, values: str) -> bool:
+        """Returns whether the vertices have these values, a key of `names`."""
+        return set(self.names[values]) <= {p.name for p in self.vertices.element.properties}
+
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates of the vertices, `size` at a time."""
         for rows in self.vertices.slices(size):
@@ -159,10 +163,6 @@ class MeshFile(PlyFile):
         self.check_others(("vertex", "face"), "by tiles, a mesh may have only vertices and faces")
         return table
 
-    @property
-    def has_normals(self) -> bool:
-        return set(self.names["normals"]) <= {p.name for p in self.vertices.element.properties}
-
     def faces(self, size: int) -> Iterator[NDArray[Any]]:
         """Yields (m, 3) vertex indices, `size` faces at a time."""
         name = _lists_of_corners(self.faces_table)[0]
@@ -209,6 +209,11 @@ class LasCloud:
         """Returns the unit of the coordinate reference system; None without one."""
         with opened(self.path) as reader:
             return las_unit(reader.header, reader.evlrs)
+
+    def has(self, values: str) -> bool:
+        """Returns whether the points have these values, a key of `names`."""
+        with opened(self.path) as reader:
+            return set(self.names[values]) <= set(reader.header.point_format.dimension_names)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates, `size` points at a time."""
