@@ -171,8 +171,10 @@ def test_custom_attributes_of_points_and_with_capitals_come_back(tmp_path: Path)
     document = Document(tmp_path)
     document.add(mesh)
     document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="Height", expr="z"))
+    document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="aLongNameWithOddCaPitalsWithin", expr="z"))
     document.apply(step("compute_new_custom_point_attribute_per_vertex", name="place", x_expr="x", y_expr="y", z_expr="z"))
     np.testing.assert_array_equal(document.current.vertex_attributes["Height"], mesh.vertices[:, 2])
+    np.testing.assert_array_equal(document.current.vertex_attributes["aLongNameWithOddCaPitalsWithin"], mesh.vertices[:, 2])
     np.testing.assert_array_equal(document.current.vertex_attributes["place"], mesh.vertices)
 
 
