@@ -58,6 +58,7 @@ class Door:
         self._sent = meshes
         self._names: dict[Texture, str] = {}  # the file name, in the folder, of each sent image
         self._painted = self._with_normals = False
+        self._texts = set[str]()  # values of parameters, some of which name custom attributes
         for number, mesh in meshes.items():
             self._send(mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
@@ -81,6 +82,7 @@ class Door:
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
         for name in {word for value in step.values.values() if isinstance(value, str) for word in WORD.findall(value)}:
             self._send_custom(name)
+        self._texts.update(value for value in step.values.values() if isinstance(value, str))
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
         self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
@@ -209,7 +211,7 @@ class Door:
                 face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)
                 if textures:
                     face["texture"] = self._texture_numbers(mesh, len(faces))
-        for element, name, values in custom_attributes(self._meshset, mesh):
+        for element, name, values in custom_attributes(self._meshset, mesh, self._texts):
             (vertex if element == "vertex" else face)[name] = values
         return replace(
             before,

@@ -10,13 +10,14 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.suggest import _behind, _by_evidence, _summary, _trials
+from pymeshfair.commands.suggest import _behind, _by_evidence, _explicit, _summary, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import shipped_recipes
 from pymeshfair.running.read import read_mesh
 from pymeshfair.running.suitability import Trial
 from pymeshfair.scripts import parse_script
+from pymeshfair.scripts.write import format_script
 from tests.meshes import cube, noisy, torus
 
 from .command_line import document, invoke
@@ -188,6 +189,13 @@ def test_the_printed_command_can_be_pasted_into_a_shell(tmp_path: Path, monkeypa
     told = [invoke("suggest", f"./{name}", "-o", recipe).stderr for name, recipe in (("a b.ply", "r 1.mlx"), ("-d.ply", "r.mlx"))]
     assert "`pymeshfair run 'r 1.mlx' 'a b.ply' -o RESULT`" in " ".join(told[0].split())
     assert "`pymeshfair run r.mlx ./-d.ply -o RESULT`" in " ".join(told[1].split())
+
+
+def test_a_name_that_xml_cannot_hold_is_escaped_in_the_recipe() -> None:
+    """A scan with bytes in its name that are no text, or control characters, gets its recipe, too."""
+    recipe = _explicit(Path("a\udcff\x01.ply"), {"shape": "noisy"}, 0.2)
+    assert recipe is not None
+    assert "scans such as a\\udcff\\x01.ply" in format_script(recipe.script)
 
 
 def test_settings_for_rounded_coordinates_have_no_standard_errors() -> None:

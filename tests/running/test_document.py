@@ -171,9 +171,21 @@ def test_custom_attributes_of_points_and_with_capitals_come_back(tmp_path: Path)
     document = Document(tmp_path)
     document.add(mesh)
     document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="Height", expr="z"))
+    document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="aLongNameWithOddCaPitalsWithin", expr="z"))
     document.apply(step("compute_new_custom_point_attribute_per_vertex", name="place", x_expr="x", y_expr="y", z_expr="z"))
     np.testing.assert_array_equal(document.current.vertex_attributes["Height"], mesh.vertices[:, 2])
+    np.testing.assert_array_equal(document.current.vertex_attributes["aLongNameWithOddCaPitalsWithin"], mesh.vertices[:, 2])
     np.testing.assert_array_equal(document.current.vertex_attributes["place"], mesh.vertices)
+
+
+def test_quads_that_a_step_makes_are_said_to_become_triangles(tmp_path: Path) -> None:
+    """It is a loss of the run, unless a later step makes triangles of them."""
+    document = Document(tmp_path)
+    document.add(read_file(BONE).mesh)
+    document.apply(step("meshing_tri_to_quad_by_smart_triangle_pairing"))
+    assert document.losses == ["the quads that MeshLab has made are written as triangles"]
+    document.apply(step("meshing_poly_to_tri"))
+    assert document.losses == []
 
 
 def test_a_hidden_layer_stays_hidden(tmp_path: Path) -> None:

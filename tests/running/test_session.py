@@ -503,6 +503,20 @@ def test_a_step_without_faces_names_the_step_that_left_none(tmp_path: Path, size
         session_report(BONE, tmp_path / "out.ply", *steps)
 
 
+def test_a_run_from_kept_steps_names_the_step_that_left_no_faces(tmp_path: Path) -> None:
+    """The error is the same in a second run, which takes the first steps from the cache."""
+    steps: list[Given] = [
+        ("meshing_remove_connected_component_by_diameter", {"mincomponentdiag": "200%", "removeunref": False}),
+        ("compute_selection_by_grid_per_vertex", {"side": "1%"}),
+        ("apply_coord_implicit_fairing", {}),
+    ]
+    mesh, earlier = read_file(BONE).mesh, RunCache()
+    for stage in (tmp_path / "first", tmp_path / "second"):
+        session = Session(Job(recipe_of(*steps), BONE, tmp_path / "out.ply"), stage, lambda event: None)
+        with pytest.raises(StepFailedError, match=r"^step 3 of 3, .*; step 1, 'Remove Isolated pieces .*', left no faces$"):
+            session.carry_out(mesh, earlier=earlier)
+
+
 def test_a_step_without_points_names_the_step_that_left_none(tmp_path: Path) -> None:
     """Of 200 points spread in a cube the recipe for clouds removes all, and the next step's error says which step did."""
     (tmp_path / "cloud.xyz").write_text("".join("{} {} {}\n".format(*p) for p in np.random.default_rng(0).random((200, 3))))

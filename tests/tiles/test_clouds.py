@@ -184,7 +184,8 @@ def test_new_values_of_a_property_are_written_as_in_one_piece(type_: str, tmp_pa
     rows = [(x, number % 200, y, z, number) for number, (x, y, z) in enumerate(points)]
     (tmp_path / "in.ply").write_bytes(ply_file([Element("vertex", properties, rows)]))
     cloud, pool = Cloud(PlyFile(tmp_path / "in.ply"), tmp_path), cast("Tasks", tiling.Here())
-    cloud, _, _ = do_step(cloud, loop(1, 10, 2.0, 0.5), pool, 10**6, progress=lambda share: None, most=300)
+    cloud, told, _ = do_step(cloud, loop(1, 10, 2.0, 0.5), pool, 10**6, progress=lambda share: None, most=300)
+    assert told["notes"] == ("the outlier probabilities replace the vertex scalars of the mesh",)
     write_cloud(cloud, tmp_path / "out.ply", 100)
     found = local_outlier_probability(points, neighbors=10, extent=2.0)
     mesh = read_file(tmp_path / "in.ply").mesh.with_attributes({"scalars": found}).part(found <= 0.5)

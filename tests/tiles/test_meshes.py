@@ -21,9 +21,10 @@ from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, de
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.registry import find_filter
+from pymeshfair.scripts.script import Script, Step
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.mesh import MeshTiles, cut, do_move
-from pymeshfair.tiles.plan import MESHLAB, PlannedStep, why_not
+from pymeshfair.tiles.plan import MESHLAB, PlannedStep, plan_of, why_not
 from pymeshfair.tiles.sources import MeshFile
 from pymeshfair.tiles.workers import Tasks
 from tests.meshes import icosphere
@@ -213,6 +214,12 @@ def test_what_is_chosen_but_cannot_be_cut_is_said() -> None:
 def test_what_needs_the_whole_mesh_is_said(values: dict[str, Any], said: str) -> None:
     """Parameters of normal filtering that look at more than rings of faces are refused by their names."""
     assert said in str(why_not(NORMALS, find_filter(NORMALS).defaults | values))
+
+
+def test_taubin_smooth_without_values_can_be_cut() -> None:
+    """A script that names MeshLab's Taubin Smooth alone, without its parameters, is done by tiles."""
+    (planned,) = plan_of(Script((Step(find_filter(MESHLAB)),)))
+    assert planned.values["stepsmoothnum"] == 10
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.tiles.sources import PlyFile
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, fits, invoke, run_process
@@ -215,6 +217,21 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
     # Where many points lie in one plane or at one place, which neighbours are the nearest is a matter of rounding.
     agree = np.abs(sum(tiled[name] * one[name] for name in ("nx", "ny", "nz")))
     assert np.mean(agree > 1 - 1e-9) > 0.9
+
+
+def test_normals_of_a_mesh_follow_its_vertices(tmp_path: Path) -> None:
+    """A mesh whose file has vertex normals gets by tiles those of the moved surface: the file is that of a run in one piece."""
+    vertices, faces = icosphere(3)
+    rough = vertices + np.random.default_rng(2).normal(scale=0.02, size=vertices.shape)
+    mesh = MeshData(vertices=rough, faces=faces, vertex_attributes={"normals": vertices}, keeps_normals=True)
+    with (tmp_path / "scan.ply").open("xb") as file:
+        write_ply(mesh, file)
+    step = '<filter name="Taubin Fairing"><Param type="RichInt" name="iterations" value="5"/></filter>'
+    (tmp_path / "fair.mlx").write_text(f"<!DOCTYPE FilterScript>\n<FilterScript>{step}</FilterScript>")
+    for name, options in (("whole.ply", ()), ("tiled.ply", ("--tiles",))):
+        done = invoke("run", tmp_path / "fair.mlx", tmp_path / "scan.ply", "-o", tmp_path / name, *options)
+        assert done.exit_code == 0, done.stderr
+    assert (tmp_path / "tiled.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e200])

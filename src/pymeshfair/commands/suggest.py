@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .options import Json, Overwrite, Timeout
-from .streams import STANDARD, check_text, print_document, print_lines, save_text, say
+from .streams import STANDARD, check_text, print_document, print_lines, printable, save_text, say
 
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
@@ -163,7 +163,7 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
         return None
     filter = find_filter(FILTER)
     step = Step(filter).with_values({p.name: values[p.name] for p in filter.parameters if p.name in values})
-    name = scan.name.replace("--", "- ").strip("-")
+    name = printable(scan.name).replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {noise:.2g} edges."
     return Recipe("suggestion", Script((step,), comment))
 

@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 
 #: MeshLab's filters that drop the numbers of elements: each runs in a door of its own, which finds old elements by their places
 _COPIES = frozenset({"meshing_repair_non_manifold_edges"})
+#: MeshLab's filters that make quads, and what becomes of them
+_MAKE_QUADS = {
+    "meshing_surface_subdivision_catmull_clark",
+    "meshing_tri_to_quad_by_4_8_subdivision",
+    "meshing_tri_to_quad_by_smart_triangle_pairing",
+    "meshing_tri_to_quad_dominant",
+}
+_QUADS = "the quads that MeshLab has made are written as triangles"
 
 
 class State(NamedTuple):
@@ -141,6 +149,8 @@ class Document:
             self._door = Door(self._folder, meshes, self._visible, self.current_id)
             self.losses += self._door.lost
             self._door_is_current = True
+        if (makes_quads := step.filter.python_name in _MAKE_QUADS) or step.filter.python_name == "meshing_poly_to_tri":
+            self.losses = [*(text for text in self.losses if text != _QUADS), *([_QUADS] if makes_quads else ())]
         try:
             return self._door.apply(step)
         finally:

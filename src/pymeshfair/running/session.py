@@ -59,7 +59,7 @@ class RunCache:
     def __init__(self, states: int = 8) -> None:
         self._states = states
         self._measured: tuple[RecipeInfo, _Measured] | None = None
-        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...]]] = []  # least recently used first
+        self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
     def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
         """The `_Measured` of the mesh; calls `measure` the first time, and if the head of the recipe has changed since."""
@@ -67,18 +67,19 @@ class RunCache:
             self._measured = info, measure()
         return self._measured[1]
 
-    def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...]]:
-        """The layers after the longest prefix of `steps` in the cache, and the reports of its steps; None and () without one."""
+    def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...], str]:
+        """What `keep` got with the longest prefix of `steps` in the cache; None, () and "" without one."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
-            return None, ()
+            return None, (), ""
         entry = max(fitting, key=lambda entry: len(entry[0]))
         self._kept.remove(entry)
         self.keep(*entry)
         return entry[1:]
 
-    def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...]) -> None:
-        self._kept.append((steps, state, reports))
+    def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...], emptied: str) -> None:
+        """Keep the layers after `steps`, the reports of these steps, and the words of `Session._emptied`."""
+        self._kept.append((steps, state, reports, emptied))
         del self._kept[: -self._states or None]
 
 
@@ -160,7 +161,7 @@ class Session:
 
     def _run_steps(self, earlier: RunCache) -> tuple[StepReport, ...]:
         """Run the steps after those whose result is in the cache; return the reports of all steps."""
-        state, reports = earlier.longest(self._steps)
+        state, reports, self._emptied = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
         for number, report in enumerate(reports, 1):
@@ -171,7 +172,7 @@ class Session:
         for number in range(len(reports) + 1, len(self._steps) + 1):
             reports = (*reports, self._step(number))
             if (state := self._document.state) is not None:
-                earlier.keep(self._steps[:number], state, reports)
+                earlier.keep(self._steps[:number], state, reports, self._emptied)
         return reports
 
     def _step(self, number: int) -> StepReport:

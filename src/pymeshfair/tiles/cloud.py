@@ -190,7 +190,10 @@ def do_step(
         work = kinds[step.filter](cells, step.values, step.neighbors, points)
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
+    replaces = step.filter == LOOP and (cloud.scalars.path.exists() or cloud.source.has("scalars"))
     values = tasks.run(cloud.take, step, results, tiles, size, target)
+    if replaces:
+        values["notes"] = ("the outlier probabilities replace the vertex scalars of the mesh",)
     shutil.rmtree(folder, ignore_errors=True)
     progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:

@@ -155,7 +155,7 @@ class _TiledRun:
                     tiles = surface.cells.tiles(sizes["points_per_tile"])
                 values |= do_move(surface, step, tiles, self.tasks, progress)
         self.on_event(PhaseStarted("writing"))
-        work = MeshTiles(surface)
+        work = MeshTiles(surface, with_normals=mesh.has("normals"))
         lows, highs = zip(*self.tasks.map(work.finish, tiles), strict=True)
         arguments = work.results, surface.cells.slots_of_tiles(tiles), self.staged, slice_rows(tile, mesh.row)
         self.tasks.map(mesh.write_points, [arguments], again=True)
@@ -254,7 +254,7 @@ def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
         return cloud_room(len(source), source.row, plan)
     # A face has 20 bytes in each cell that has one of its vertices: 23 bytes on average, and up to 46 while faces are sorted.
     vertices, faces = len(source), source.faces_table.element.count
-    row = source.row + 116 + 48 * any(step.filter == NORMALS for step in plan)
+    row = source.row + 116 + 24 * source.has("normals") + 48 * any(step.filter == NORMALS for step in plan)
     return max(36 * vertices + 46 * faces, row * vertices + (23 + source.faces_table.dtype.itemsize) * faces)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..filters import denoising
 from ..filters.execution import ignore_progress, part_of
+from ..filters.geometry import vertex_normals_by_angle
 from ..filters.inspection import folded_faces
 from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
@@ -186,6 +187,7 @@ class MeshTiles:
     """The tasks that move vertices of a mesh. Each task works on the cells from `first` to before `last`, and can be repeated."""
 
     surface: Surface
+    with_normals: bool = False  # whether `finish` writes normals, too
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
         """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
@@ -216,15 +218,20 @@ class MeshTiles:
 
     @property
     def results(self) -> Results:
-        """Returns the file of final coordinates, sorted by number within each tile."""
-        return Results(Column(self.surface.cells.folder / "final", "<f8", 3))
+        """Returns the file of final coordinates and normals, sorted by number within each tile."""
+        return Results(Column(self.surface.cells.folder / "final", "<f8", 6 if self.with_normals else 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
         """Writes the tile's final coordinates; returns the corners of their bounding box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
-        points = cells.points.read(begin, end)
-        self.results.write(begin, cells.numbers.read(begin, end), points)
+        points, numbers = cells.points.read(begin, end), cells.numbers.read(begin, end)
+        if not self.with_normals:
+            self.results.write(begin, numbers, points)
+        else:
+            tile = tile_with_rings(self.surface, first, last, 1)
+            normals = vertex_normals_by_angle(tile.vertices, tile.faces)
+            self.results.write(begin, tile.numbers[tile.inside], np.hstack([tile.vertices, normals])[tile.inside])
         return points.min(axis=0), points.max(axis=0)
 
 

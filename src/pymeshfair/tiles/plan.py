@@ -113,7 +113,7 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
         return None
     if filter not in (EXPLICIT, TAUBIN, NORMALS, MESHLAB):
         return "needs the whole mesh at once, or is not implemented for tiles yet"
-    if values["selected"]:
+    if values.get("selected"):  # MeshLab's own filter has no default
         return "moves only selected vertices, and files hold no selection"
     if filter == NORMALS:
         return _why_not_filtering(values)

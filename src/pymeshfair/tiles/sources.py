@@ -101,6 +101,10 @@ class PlyFile:
     def __len__(self) -> int:
         return self.vertices.element.count
 
+    def has(self, values: str) -> bool:
+        """Returns whether the vertices have these values, a key of `names`."""
+        return set(self.names[values]) <= {p.name for p in self.vertices.element.properties}
+
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates of the vertices, `size` at a time."""
         for rows in self.vertices.slices(size):
@@ -166,12 +170,13 @@ class MeshFile(PlyFile):
             yield rows[name].astype(np.int64)
 
     def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Writes the mesh with new coordinates in double precision."""
+        """Writes the mesh with new coordinates in double precision, and with new normals if the results have them."""
+        names = (*PLACE, *self.names["normals"])[: results.values.width]
         properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
         elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
         vertices = (
-            {p.name: rows[p.name] for p in properties} | dict(zip(PLACE, block.T, strict=True))
+            {p.name: rows[p.name] for p in properties} | dict(zip(names, block.T, strict=True))
             for rows, block in zip(self.vertices.slices(size), results.in_order(tiles, size), strict=True)
         )
         self.rewrite(target, elements, vertices, size)
@@ -204,6 +209,11 @@ class LasCloud:
         """Returns the unit of the coordinate reference system; None without one."""
         with opened(self.path) as reader:
             return las_unit(reader.header, reader.evlrs)
+
+    def has(self, values: str) -> bool:
+        """Returns whether the points have these values, a key of `names`."""
+        with opened(self.path) as reader:
+            return set(self.names[values]) <= set(reader.header.point_format.dimension_names)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """Yields (m, 3) coordinates, `size` points at a time."""

@@ -10,7 +10,7 @@ Helpers are never point attributes, from which MeshLab's expressions would read 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain, combinations, islice, product
 from typing import Any, Literal, TypeAlias
@@ -228,20 +228,23 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
             bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
 
 
-def custom_attributes(meshset: Any, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
-    """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points."""
-    for element, _, points, name in _user_attributes(meshset, mesh):
+def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, Floats]]:
+    """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
+
+    MeshLab does not tell the exact names: `likely` ones are tried first.
+    """
+    for element, _, points, name in _user_attributes(meshset, mesh, likely):
         if name is not None:
             yield element, name, _reader(mesh, element, points=points)(name)
 
 
-def _user_attributes(meshset: Any, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+def _user_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, bool, str | None]]:
     """Yields custom attributes except helpers: element, name in MeshLab's list, whether values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
             for listed in saved_attributes(meshset, prefixes[element]):
                 if points or not listed.startswith("pymeshfair_"):
-                    yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed)
+                    yield element, listed, points, _spelled(_reader(mesh, element, points=points), listed, likely)
 
 
 def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Floats]:
@@ -250,9 +253,9 @@ def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Flo
     return read
 
 
-def _spelled(read: Callable[[str], Floats], listed: str) -> str | None:
+def _spelled(read: Callable[[str], Floats], listed: str, likely: Iterable[str]) -> str | None:
     """Finds the exact name of an attribute, which MeshLab lists in lower case with _ for blanks and hyphens; None if unknown."""
-    for name in _spellings(listed):
+    for name in chain((name for name in likely if re.sub("[ -]", "_", name.lower()) == listed), _spellings(listed)):
         try:
             read(name)
         except pymeshlab.PyMeshLabException:
