@@ -221,6 +221,36 @@ def test_kept_results_and_the_way_back(tuning: Any) -> None:
     assert size(tuning) == distance
 
 
+def test_a_kept_result_has_its_own_settings_and_numbers(tuning: Any) -> None:
+    """Kept before its numbers are there a result has no distance; kept during the next run it has the settings that made it."""
+    tuning.evaluate(
+        """() => new MutationObserver((_, observer) => {
+          if (document.body.dataset.shown === "2") { observer.disconnect(); document.querySelector("#keep").click(); }
+        }).observe(document.body, { attributes: true })"""
+    )
+    change(tuning, "iterations", "25")
+    tuning.wait_for_selector("body[data-measured='2']")
+    change(tuning, "iterations", "100000")
+    tuning.wait_for_selector("body[data-begun='3']")
+    tuning.click("#keep")
+    early, late = tuning.locator("#kept li").all_inner_texts()
+    change(tuning, "iterations", "3")
+    tuning.wait_for_selector("body[data-measured='4']")
+    assert early.startswith("kept 1: iterations 25 ")
+    assert late.startswith("kept 2: iterations 25; root mean square distance")
+
+
+def test_a_kept_result_names_the_steps_that_were_left_out(tuning: Any) -> None:
+    """The list says which steps of the recipe did not run."""
+    tuning.select_option("#recipe", "clean_range_map")
+    tuning.wait_for_selector("body[data-measured='2']")
+    step = tuning.locator("label.step").first
+    step.locator("input").uncheck()
+    tuning.wait_for_selector("body[data-measured='3']")
+    tuning.click("#keep")
+    assert tuning.locator("#kept li").first.inner_text().startswith(f"kept 1: without {step.inner_text().strip()};")
+
+
 @pytest.mark.slow
 def test_settings_survive_a_reload(tuning: Any) -> None:
     """Another recipe, and a value that was changed in it, are there again when the page is loaded again."""

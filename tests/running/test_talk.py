@@ -115,6 +115,12 @@ def test_threads_and_memory_of_a_worker() -> None:
     assert worker_environment(None, {})["NUMBA_NUM_THREADS"] == str(processors)
 
 
+@pytest.mark.parametrize("given", ["2,1", " 2"])
+def test_a_list_of_threads_for_nested_loops(given: str) -> None:
+    """OpenMP takes a list of numbers of threads, one for each depth of loops; filters take the first."""
+    assert worker_environment(None, {"OMP_NUM_THREADS": given})["NUMBA_NUM_THREADS"] == "2"
+
+
 def test_memory_of_a_process() -> None:
     """The peak is at least what the interpreter and numpy take; no limit changes nothing."""
     this_system().limit_memory(None)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import sys
 from collections.abc import Mapping
 from functools import cache
@@ -49,9 +50,9 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
 
     Filters have `threads` threads. None: the number in OMP_NUM_THREADS, or one for each processor if it is not set.
     """
-    count = str(threads) if threads is not None else environment.get("OMP_NUM_THREADS", str(this_system().processors()))
-    changes = {"OMP_NUM_THREADS": count, "NUMBA_NUM_THREADS": count}
-    changes |= ONE_BLAS_THREAD
+    listed = re.match(r"\s*([1-9]\d*)", environment.get("OMP_NUM_THREADS", ""))  # it may be a list, for nested loops
+    count = str(threads or (listed[1] if listed else this_system().processors()))
+    changes = {"OMP_NUM_THREADS": count, "NUMBA_NUM_THREADS": count, **ONE_BLAS_THREAD}
     # Waiting threads sleep: if they spin, MeshLab's Poisson reconstruction is 16 times slower on a busy machine.
     changes["OMP_WAIT_POLICY"] = environment.get("OMP_WAIT_POLICY", "PASSIVE")
     # The C library returns large blocks at once: if it keeps them, a run on a million faces takes a tenth more memory.

@@ -124,6 +124,13 @@ function settings() {
   }));
 }
 
+/* what differs from the recipe, in words */
+function changes() {
+  return [...by("steps").children].flatMap((item) => item.querySelector("[data-on]").checked
+    ? [...item.querySelectorAll("[data-parameter]")].filter((row) => row.dataset.text !== row.dataset.first).map((row) => `${row.dataset.parameter} ${row.dataset.text}`)
+    : `without ${item.querySelector(".step").textContent.trim()}`).join(", ");
+}
+
 function putSettings(steps) {
   [...by("steps").children].forEach((item, number) => {
     item.querySelector("[data-on]").checked = steps[number].on;
@@ -151,6 +158,7 @@ function ask(patience) {
   remember();
   state.pending = setTimeout(() => {
     complain("");
+    state.sent = { recipe: state.recipe, steps: settings(), changed: changes() };
     send("run", { asked: ++state.asked });
   }, patience);
 }
@@ -212,9 +220,8 @@ async function receive(told, scene) {
     stale(false);
     by("keep").disabled = false;
     if (told.is === "result") {
-      state.seconds = told.seconds;
+      Object.assign(state, { seconds: told.seconds, warnings: told.warnings, made: state.sent, told: null });
       running(true, `mesh there after ${told.seconds.toFixed(1)} s, numbers to come`);
-      state.warnings = told.warnings;
       [...by("steps").querySelectorAll("li[data-step]")].filter((item) => item.querySelector("[data-on]").checked).forEach((item, k) => {
         for (const row of item.querySelectorAll("[data-parameter=detail_size]")) row.showTried(told.tried[k] || []);
       });
@@ -240,10 +247,8 @@ function showLeft(views) {
 }
 
 function keep() {
-  const changed = [...by("steps").querySelectorAll("[data-parameter]")].filter((row) => row.dataset.text !== row.dataset.first)
-    .map((row) => `${row.dataset.parameter} ${row.dataset.text}`).join(", ");
   const rows = state.told && state.told.distance ? state.told.distance.slice(1) : [], rms = rows.find(([words]) => words.startsWith("root mean square"));
-  const kept = { name: `kept ${state.kept.length + 1}`, scene: state.result, told: state.told, recipe: state.recipe, steps: settings() };
+  const kept = { ...state.made, name: `kept ${state.kept.length + 1}`, scene: state.result };
   state.kept.push(kept);
   const show = element("button", { type: "button" }, "Show left"), back = element("button", { type: "button" }, "Back to it");
   show.addEventListener("click", () => { state.left = kept; showLeft("2 1"); });
@@ -253,7 +258,7 @@ function keep() {
       send("recipe", { recipe: kept.recipe });
     } else { putSettings(kept.steps); ask(0); }
   });
-  by("kept").append(element("li", {}, `${kept.name}: ${changed || "as the recipe says"}${rms ? `; root mean square distance ${rms[1]}` : ""} `, show, " ", back));
+  by("kept").append(element("li", {}, `${kept.name}: ${kept.changed || "as the recipe says"}${rms ? `; root mean square distance ${rms[1]}` : ""} `, show, " ", back));
   state.left = kept;
   showLeft("2 1");
 }
