@@ -76,3 +76,24 @@ def test_an_empty_selection_is_refused_nowhere(tmp_path: Path) -> None:
     for name in ("a.ply", "a.obj", "a.off", "a.xyz", "a.pts", "a.las"):
         save(cloud, tmp_path / name)
         np.testing.assert_allclose(read_file(tmp_path / name).mesh.vertices, POINTS, atol=1e-3)
+
+
+def test_a_hole_that_a_bridge_joins_to_the_rim_stays_open(tmp_path: Path) -> None:
+    """A polygon that names two vertices twice, a frame of 16 without 4, has the same area in OFF and in a scene."""
+    points = [(0, 0), (4, 0), (4, 4), (0, 4), (1, 1), (1, 3), (3, 3), (3, 1)]
+    places = "\n".join(f"{x} {y} 0" for x, y in points)
+    corners = "0 1 2 3 0 4 5 6 7 4"
+    geometry = f"IndexedFaceSet {{ coord Coordinate {{ point [ {places} ] }} coordIndex [ {corners} -1 ] }}"
+    for name, text in (
+        ("a.off", f"OFF\n8 1 0\n{places}\n10 {corners}\n"),
+        ("a.wrl", f"#VRML V2.0 utf8\nShape {{ geometry {geometry} }}\n"),
+    ):
+        mesh = read(tmp_path / name, text)
+        assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).area == 12.0, name
+
+
+def test_blanks_of_other_scripts_separate_numbers(tmp_path: Path) -> None:
+    """A no-break space between the numbers of a scene separates them, and no exception without a message follows."""
+    geometry = "IndexedFaceSet { coord Coordinate { point [0 0 0, 1\u00a00 0, 0 1 0] } coordIndex [0 1 2 -1] }"
+    mesh = read(tmp_path / "a.wrl", f"#VRML V2.0 utf8\nShape {{ geometry {geometry} }}\n")
+    np.testing.assert_array_equal(mesh.vertices, [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
