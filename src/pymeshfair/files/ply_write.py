@@ -70,7 +70,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
-    if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
+    if mesh.writes_normals:
         values |= zip(ply.NORMAL, mesh.vertex_normals.T, strict=True)
     values |= {name: attributes[key] for name, key in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if key in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
