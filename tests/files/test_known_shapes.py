@@ -97,3 +97,14 @@ def test_blanks_of_other_scripts_separate_numbers(tmp_path: Path) -> None:
     geometry = "IndexedFaceSet { coord Coordinate { point [0 0 0, 1\u00a00 0, 0 1 0] } coordIndex [0 1 2 -1] }"
     mesh = read(tmp_path / "a.wrl", f"#VRML V2.0 utf8\nShape {{ geometry {geometry} }}\n")
     np.testing.assert_array_equal(mesh.vertices, [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+@pytest.mark.parametrize("kind", ["ply", "obj"])
+def test_polygons_that_a_step_drops_are_triangles(tmp_path: Path, kind: str) -> None:
+    """A mesh whose triangles no longer form polygons is written as triangles over the same file."""
+    save(read(tmp_path / "b.obj", obj()), tmp_path / f"a.{kind}")
+    mesh = read_file(tmp_path / f"a.{kind}").mesh
+    save(mesh.with_attributes(face={"polygon": None}), tmp_path / f"c.{kind}")
+    again = read_file(tmp_path / f"c.{kind}").mesh
+    assert "polygon" not in again.face_attributes
+    np.testing.assert_array_equal(again.faces, mesh.faces)

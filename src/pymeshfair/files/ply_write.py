@@ -104,13 +104,13 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
-    if table is not None and unchanged and are_equal(wedges, document.wedges):
+    polygon = mesh.face_attributes.get("polygon")
+    if table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
         # A polygon takes its attributes from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = source_ids(mesh.face_ids, len(mesh.faces))
-        polygon = mesh.face_attributes.get("polygon")
         if polygon is not None and wedges is not None and (polygon >= 0).any():
             polygon, what = None, "MeshLab opens no polygons with texture coordinates at their corners"
             notes.append(f"polygons are written as triangles: {what}")
