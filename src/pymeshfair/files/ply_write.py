@@ -241,7 +241,9 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
     former = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
     before = ply.colors_of(table)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
-        return former
+        kept = Table(replace(table.element, count=len(colors)), former)
+        if are_equal(ply.colors_of(kept), colors):  # dark colours alone may be read in another range
+            return former
     columns = dict(zip(names, colors.T, strict=False))
     return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
 
