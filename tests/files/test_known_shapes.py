@@ -108,3 +108,27 @@ def test_polygons_that_a_step_drops_are_triangles(tmp_path: Path, kind: str) -> 
     again = read_file(tmp_path / f"c.{kind}").mesh
     assert "polygon" not in again.face_attributes
     np.testing.assert_array_equal(again.faces, mesh.faces)
+
+
+def test_colours_of_vertices_and_of_materials_in_one_mesh(tmp_path: Path) -> None:
+    """In COLLADA triangles without colours of their own keep their material's beside triangles that have some."""
+    numbers = '<float_array id="{0}a" count="{1}">{2}</float_array><technique_common><accessor source="#{0}a" count="{3}" stride="3"/>'
+    source = f'<source id="{{0}}">{numbers}</technique_common></source>'
+    corner = '<input semantic="VERTEX" source="#v" offset="0"/>'
+    geometry = (
+        f"{source.format('p', 18, '0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1', 6)}{source.format('c', 3, '0 0 1', 1)}"
+        '<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>'
+        f'<triangles count="1">{corner}<input semantic="COLOR" source="#c" offset="1"/><p>0 0 1 0 2 0</p></triangles>'
+        f'<triangles count="1" material="s">{corner}<p>3 4 5</p></triangles>'
+    )
+    look = "<profile_COMMON><technique><lambert><diffuse><color>1 0 0 1</color></diffuse></lambert></technique></profile_COMMON>"
+    use = '<bind_material><technique_common><instance_material symbol="s" target="#m"/></technique_common></bind_material>'
+    text = (
+        f'<COLLADA><library_effects><effect id="e">{look}</effect></library_effects>'
+        '<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>'
+        f'<library_geometries><geometry id="g"><mesh>{geometry}</mesh></geometry></library_geometries><library_visual_scenes>'
+        f'<visual_scene id="s"><node><instance_geometry url="#g">{use}</instance_geometry></node></visual_scene>'
+        '</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    )
+    colors = read(tmp_path / "a.dae", text).vertex_attributes["colors"]
+    np.testing.assert_array_equal(colors, np.repeat([[0, 0, 255, 255], [255, 0, 0, 255]], 3, axis=0))
