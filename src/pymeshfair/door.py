@@ -188,7 +188,6 @@ class Door:
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
             del face["polygon"]  # MeshLab has triangulated the mesh, and only some old triangles are left
-            before = replace(before, face_ids=source_ids(before.face_ids, len(before.faces)))  # None would mean no change
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)

@@ -95,3 +95,13 @@ def test_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setitem(sys.modules, "pye57", None)
     with pytest.raises(InputError, match=r"pymeshfair\[e57\]"):
         read_file(tmp_path / "in.e57")
+
+
+def test_scans_without_colours_beside_others_are_named(tmp_path: Path) -> None:
+    """The points of a scan without colours become white if another scan has colours, and this is said."""
+    places = {f"cartesian{axis}": np.arange(3.0) for axis in "XYZ"}
+    colors = {f"color{name}": np.full(3, 9, np.uint8) for name in ("Red", "Green", "Blue")}
+    with pye57.E57(str(tmp_path / "in.e57"), mode="w") as file:
+        file.write_scan_raw(places | colors)
+        file.write_scan_raw(places)
+    assert read_file(tmp_path / "in.e57").doubts == ("1 of its 2 scans have no colours, and are white",)

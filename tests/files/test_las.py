@@ -247,3 +247,16 @@ def test_whole_numbers_that_a_declared_dimension_cannot_hold_widen_it(tmp_path: 
     for name, values in numbers.items():
         np.testing.assert_array_equal(found[name], values)
     assert found["part"].dtype == np.uint8
+
+
+def test_dark_points_that_are_left_stay_dark(tmp_path: Path) -> None:
+    """The points of a cloud of 16-bit colours whose numbers are up to 255 are nearly black, also without the others."""
+    header = laspy.LasHeader(point_format=2, version="1.2")
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.eye(3)
+    cloud.red, cloud.green, cloud.blue = [[200, 100, 60000]] * 3
+    cloud.write(tmp_path / "a.las")
+    mesh = read_file(tmp_path / "a.las").mesh
+    save(mesh.part(np.array([True, True, False])), tmp_path / "b.las")
+    colors = read_file(tmp_path / "b.las").mesh.vertex_attributes["colors"]
+    np.testing.assert_array_equal(colors, mesh.vertex_attributes["colors"][:2])

@@ -484,3 +484,12 @@ def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:
     np.testing.assert_array_equal(textured.faces, mesh.faces)
     np.testing.assert_array_equal(textured.face_attributes["wedge_texture_coordinates"], wedges)
     assert "polygon" not in textured.face_attributes
+
+
+def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path) -> None:
+    """Vertices of 16-bit colours whose numbers are up to 255 are nearly black, also without the others."""
+    properties = [*PLACE, *(("ushort", color) for color in ("red", "green", "blue"))]
+    rows = [[k, 0, 0, level, level, level] for k, level in enumerate((200, 100, 60000))]
+    mesh = read(tmp_path, ply_file([Element("vertex", properties, rows)]))
+    again = read(tmp_path, written(mesh.part(np.array([True, True, False]))), "again.ply")
+    np.testing.assert_array_equal(again.vertex_attributes["colors"], mesh.vertex_attributes["colors"][:2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -209,3 +210,12 @@ def test_what_glb_and_3mf_do_not_hold_is_said(tmp_path: Path) -> None:
     assert "colours of faces" in " ".join(save(both, tmp_path, "a.3mf")[1].warnings)
     with pytest.raises(Exception, match="triangles alone"):
         save(MESHES["cloud"], tmp_path, "b.3mf")
+
+
+@pytest.mark.parametrize("suffix", ["glb", "off", "ply"])
+def test_a_moved_mesh_that_lost_all_faces_has_no_normals(tmp_path: Path, suffix: str) -> None:
+    """Without faces no normals can be computed, so the cloud has none, and not the normals 0 0 0."""
+    mesh = moved(replace(MESHES["normals"], keeps_normals=True), POINTS * [1, 2, 3])
+    path, saved = save(mesh.part(np.ones(len(POINTS), np.bool_), np.zeros(len(mesh.faces), np.bool_)), tmp_path, f"a.{suffix}")
+    assert "normals" not in read_file(path).mesh.vertex_attributes
+    assert not saved.warnings

@@ -157,8 +157,10 @@ class _Reader:
         counts = np.array([len(each) for each in lengths])
         of_polygons: dict[str, Array] = {"texture": np.repeat(np.array([look.texture for look in part_looks], np.int32), counts)}
         shades = np.repeat([look.colour for look in part_looks], counts, axis=0)
-        if np.isnan(of_corners.get("colors", np.nan)).all() and (shades != 1.0).any():
+        if (is_bare := np.isnan(of_corners.get("colors", np.nan))).all() and (shades != 1.0).any():
             of_polygons["colors"] = levels(shades)
+        elif (shades != 1.0).any():
+            of_corners["colors"] = np.where(is_bare, np.repeat(shades, np.concatenate(lengths), axis=0), of_corners["colors"])
         what = f"the corners of its mesh {quoted(name)}"
         part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
         return replace(part, edges=np.concatenate(edges))

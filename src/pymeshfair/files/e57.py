@@ -73,19 +73,21 @@ class _Survey:
         #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
         self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
-        scans = f"{len(self.headers):,} scans have no field"
-        self.doubts = tuple(f"{n:,} of its {scans} {name!r}, which is 0 there" for name, n in lacking.items() if n)
+        scans = f"of its {len(self.headers):,} scans have no"
+        self.doubts = tuple(f"{n:,} {scans} field {name!r}, which is 0 there" for name, n in lacking.items() if n)
+        bare = sum(not set(_COLOR) <= kinds.keys() for kinds in self._kinds)
+        self._colored = bare < len(self._kinds)
+        self.doubts += (f"{bare:,} {scans} colours, and are white",) if bare and self._colored else ()
 
     def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
         """Yields coordinates and attributes of the measured points, in pieces of at most `size` points; None: whole scans."""
-        colored = any(set(_COLOR) <= kinds.keys() for kinds in self._kinds)
         for number, (header, kinds) in enumerate(zip(self.headers, self._kinds, strict=True)):
             for fields in _chunks(self._file, header, kinds, size):
                 places = _placed(header, fields)
                 invalid = [fields[name] != 0 for name in _INVALID if name in fields]
                 is_measured = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
                 attributes: dict[str, Array] = {}
-                if colored:
+                if self._colored:
                     levels = _colors(header, fields)
                     attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
                 for name, is_whole in self._whole.items():

@@ -100,7 +100,7 @@ def attributes_of(mesh: MeshData) -> set[str]:
     present = {
         "faces": has_faces,
         "edges": len(mesh.edges) > 0,
-        "vertex normals": mesh.keeps_normals or (not has_faces and "normals" in vertex),
+        "vertex normals": mesh.writes_normals,
         "vertex colours": "colors" in vertex,
         "vertex scalars": "scalars" in vertex,
         "vertex texture coordinates": "texture_coordinates" in vertex,

@@ -410,7 +410,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     places = mesh.vertices[vertex].astype("<f4")
     low, high = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     attributes = {"POSITION": document.accessor(places, min=low, max=high)}
-    if mesh.keeps_normals or (not len(faces) and "normals" in mesh.vertex_attributes):
+    if mesh.writes_normals:
         normals = mesh.vertex_normals
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         if missing := int((lengths == 0.0).sum()):

@@ -260,7 +260,10 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
                     deep //= np.uint16(257)
                 same = ids >= 0
                 same[same] = (_levels(document.deep)[ids[same]] == values[same]).all(axis=1)
-                deep[same] = document.deep[ids[same]]
+                bits = deep.copy()
+                bits[same] = document.deep[ids[same]]
+                # dark colours alone would be read as levels
+                deep = bits if (_levels(bits)[:, :3] == values[:, :3]).all() else deep
             columns |= zip(_COLOR, deep.T, strict=True)
         elif name == "normals":
             columns |= zip(NORMAL, values.T, strict=True)

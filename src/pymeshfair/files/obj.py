@@ -60,7 +60,7 @@ _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: a comment that has more than number signs and blanks, except "#MRGB", the colours of ZBrush
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 #: the face attributes that an OBJ file holds
-_OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
 #: the most corners of a face, since the time of triangulation grows with its square

@@ -263,7 +263,7 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     """Writes a mesh: normals before colours, as MeshLab reads them, and colours as whole numbers from 0 to 255."""
     attributes = mesh.vertex_attributes
     columns, prefix = list(mesh.vertices.T), ""
-    normals = mesh.vertex_normals if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes) else None
+    normals = mesh.vertex_normals if mesh.writes_normals else None
     for letters, values in (("N", normals), ("C", attributes.get("colors")), ("ST", attributes.get("texture_coordinates"))):
         if values is not None:
             columns += list(values.T)

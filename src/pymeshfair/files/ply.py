@@ -39,6 +39,7 @@ class PlyDocument:
     row_of_face: Ints | None = None  # (m,) each triangle's row of ``face``; None if equal to its number, or if `has_other_faces`
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None
+    polygon: Array | None = None  # (m,) the attribute of its triangles, or None
 
     def custom(self, element: str) -> dict[str, Array]:
         """Returns, by name, the scalar properties of an element that are custom attributes."""
@@ -77,7 +78,8 @@ def read_ply(path: Path, references: References) -> Reading:
             doubts += (f"its {face.element.count:,} rows of 'face' have no list 'vertex_indices' and are not read",)
     row_of_face = None if isinstance(rows, slice) else rows
     wedges = attributes.get("wedge_texture_coordinates")
-    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges)
+    polygon = attributes.get("polygon")
+    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges, polygon)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,

@@ -70,7 +70,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
     attributes = mesh.vertex_attributes
     table = document.tables.get("vertex")
     values: dict[str, Column] = dict(zip(ply.PLACE, mesh.vertices.T, strict=True))
-    if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
+    if mesh.writes_normals:
         values |= zip(ply.NORMAL, mesh.vertex_normals.T, strict=True)
     values |= {name: attributes[key] for name, key in ((ply.SCALAR, "scalars"), (ply.RADIUS, "radii")) if key in attributes}
     if (places := attributes.get("texture_coordinates")) is not None:
@@ -104,13 +104,13 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     wedges = mesh.face_attributes.get("wedge_texture_coordinates")
     values: dict[str, Column] = {}
     row: Longs | None = None
-    if table is not None and unchanged and are_equal(wedges, document.wedges):
+    polygon = mesh.face_attributes.get("polygon")
+    if table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
         # A polygon takes its attributes from its first triangle.
         chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = source_ids(mesh.face_ids, len(mesh.faces))
-        polygon = mesh.face_attributes.get("polygon")
         if polygon is not None and wedges is not None and (polygon >= 0).any():
             polygon, what = None, "MeshLab opens no polygons with texture coordinates at their corners"
             notes.append(f"polygons are written as triangles: {what}")
@@ -241,7 +241,9 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
     former = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
     before = ply.colors_of(table)
     if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
-        return former
+        kept = Table(replace(table.element, count=len(colors)), former)
+        if are_equal(ply.colors_of(kept), colors):  # dark colours alone may be read in another range
+            return former
     columns = dict(zip(names, colors.T, strict=False))
     return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
 

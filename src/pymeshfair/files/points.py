@@ -178,7 +178,7 @@ def read_ptx(path: Path, references: References) -> Reading:
         line += len(_HEAD) + len(grid)
     extras = (f"the scanner's places ({len(places):,})",) if len(places) > 1 else tuple(places)
     widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
-    # A grid without colours becomes white if another grid has colours.
+    bare = sum(grid.shape[1] < widest for grid in grids if len(grid))
     grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
     rows = np.concatenate([np.empty((0, widest)), *grids])
     if not len(rows):
@@ -192,6 +192,7 @@ def read_ptx(path: Path, references: References) -> Reading:
         attributes["colors"] = colors.astype(np.uint8)
     missing = len(rows) - len(measured)
     doubts = (f"{missing:,} positions in its grids have no measured point and are left out",) if missing else ()
+    doubts += (f"{bare:,} of its {len(grids):,} grids have no colours, and are white",) if bare else ()
     mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=extras))
     return Reading(mesh, (*unended(data), *doubts))
 

@@ -89,7 +89,7 @@ def numbers(text: str, what: str, count: int | None = None) -> Floats:
     """Parses finite numbers separated by blanks, `count` of them if it is given; `what` names the text in messages."""
     words = text.split()
     try:
-        if "_" in text or not text.isascii():  # Python would accept these in numbers
+        if "_" in text or not "".join(words).isascii():  # Python would accept these in numbers
             raise ValueError
         values = np.array(words, dtype=np.float64)
     except ValueError:
@@ -171,7 +171,7 @@ class Assembly:
         if (lengths < 3).any():
             k = int(np.argmax(lengths < 3))
             raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
-        places, of_face, face = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+        places, of_face, face = triangulated(vertices, corners, lengths)
         textures = of_polygons.get("texture")
         left_out = ("texture", "wedge_texture_coordinates") if textures is not None and (textures < 0).all() else ()
         face |= {name: v[of_face] for name, v in of_polygons.items() if v is not None and name not in left_out}

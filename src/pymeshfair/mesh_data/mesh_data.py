@@ -140,6 +140,11 @@ class MeshData:
         turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
+    @property
+    def writes_normals(self) -> bool:
+        """Whether files get vertex normals; those of a mesh that has lost all faces cannot be computed."""
+        return self.keeps_normals if len(self.faces) else "normals" in self.vertex_attributes
+
     @cached_property
     def vertex_normals(self) -> Floats:
         """(n, 3) the attribute ``normals``, else angle-weighted means of the face normals; 0 without faces."""
