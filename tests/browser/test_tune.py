@@ -338,6 +338,12 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
     assert "is there already" in tuning.locator("#problem").inner_text()
 
 
+def test_a_failure_on_the_whole_scan_is_told_during_another_run(tuning: Any) -> None:
+    """The message is shown although the page follows the run of a change since then."""
+    tuning.evaluate("() => { state.current = 2; answers.failed({ run: 0, message: 'the disk is full' }); }")
+    assert tuning.locator("#problem").inner_text() == "the disk is full"
+
+
 #: serves a scan as one that is large, so that it is tuned on a part
 LARGE = """
 import socket

@@ -292,7 +292,10 @@ const answers = {
     document.body.dataset.cancelled = String(Number(document.body.dataset.cancelled || 0) + 1);
     if (told.run === state.current) running(false, "stopped");
   },
-  failed(told) { if (told.run === state.current) { running(false, "failed"); complain(told.message); } },
+  failed(told) {
+    if (told.run === state.current) running(false, "failed");
+    if (!told.run || told.run === state.current) complain(told.message);
+  },
   problem(told) {
     running(false, "not run");
     complain(told.message);
