@@ -112,7 +112,9 @@ def test_polygons_that_a_step_drops_are_triangles(tmp_path: Path, kind: str) -> 
 
 def test_colours_of_vertices_and_of_materials_in_one_mesh(tmp_path: Path) -> None:
     """In COLLADA triangles without colours of their own keep their material's beside triangles that have some."""
-    numbers = '<float_array id="{0}a" count="{1}">{2}</float_array><technique_common><accessor source="#{0}a" count="{3}" stride="3"/>'
+    numbers = (
+        '<float_array id="{0}a" count="{1}">{2}</float_array><technique_common><accessor source="#{0}a" count="{3}" stride="3"/>'
+    )
     source = f'<source id="{{0}}">{numbers}</technique_common></source>'
     corner = '<input semantic="VERTEX" source="#v" offset="0"/>'
     geometry = (

@@ -397,3 +397,13 @@ def test_more_materials_than_are_read(tmp_path: Path) -> None:
     mesh = MeshData(vertices=np.random.default_rng(1).random((30_002, 3)), faces=faces, face_attributes={"colors": colors})
     assert "30,000 materials" in " ".join(save(mesh, tmp_path / "a.obj"))
     assert "colors" not in read_file(tmp_path / "a.obj").mesh.face_attributes
+
+
+def test_new_faces_beside_faces_without_a_group_join_none(tmp_path: Path) -> None:
+    """A face that is added beside faces before the first group is written at the end, and not in the last group."""
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\ng last\ns 1\nf 4 5 6\n"
+    mesh = read(tmp_path / "a.obj", text)
+    more = apply_edit(mesh, Edit(added_vertices=np.array([[1.0, 1, 0]]), added_faces=np.array([[1, 6, 2]])))
+    save(more, tmp_path / "b.obj")
+    lines = (tmp_path / "b.obj").read_text().splitlines()
+    assert lines[-6:] == ["g last", "s 1", "f 4 5 6", "g default", "s off", "f 2 7 3"]

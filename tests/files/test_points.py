@@ -183,8 +183,8 @@ def test_grids_of_a_scanner(tmp_path: Path) -> None:
     path.write_text(grid(2, 3, np.eye(4), points) + grid(3, 2, turn, points[:, :4]))
     reading = read_file(path)
     mesh, left = reading.mesh, np.arange(6) != 2
-    missing, white = "2 positions in its grids have no measured point and are left out", "1 of its 2 grids have no colours, and are white"
-    assert reading.doubts == (missing, white)
+    white = "1 of its 2 grids have no colours, and are white"
+    assert reading.doubts == ("2 positions in its grids have no measured point and are left out", white)
     assert mesh.source is not None
     assert mesh.source.extras == ("the scanner's places (2)",)
     places = points[left, :3]

@@ -52,6 +52,8 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
+#: in the order of `STATES`, lines that end them for faces that have none
+_ENDS = (b"", b"g default\n", b"s off\n", b"mg off\n", b"")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
 _OTHERS: tuple[str, ...] = ("comments", "point elements", "parameter space vertices", "curves", "surfaces")
@@ -615,6 +617,7 @@ def _face_lines(
     current = [-1] * states.shape[1]
     for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
         state = states[start].tolist()
-        yield from (texts[now] for now, was in zip(state, current, strict=True) if now >= 0 and now != was)
+        changes = zip(state, current, _ENDS, strict=True)
+        yield from (texts[now] if now >= 0 else end for now, was, end in changes if now != was)
         current = state
         yield "".join(lines[start:end]).encode("ascii")
