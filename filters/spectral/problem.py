@@ -81,8 +81,8 @@ def spectral_problem(
     if len(rows) < len(points):
         dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
     dirichlet.sort_indices()
-    _, numbers = np.unique(components[rows], return_inverse=True)  # numbered by first vertex, like all components
-    return SpectralProblem(dirichlet, laplacian.mass[rows], rows, numbers.astype(np.int32).ravel(), len(points))
+    _, parts = np.unique(components[rows], return_inverse=True)  # numbered by first vertex, like all components
+    return SpectralProblem(dirichlet, laplacian.mass[rows], rows, parts.astype(np.int32).ravel(), len(points))
 
 
 def check_size(size: float) -> None:

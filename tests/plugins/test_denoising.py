@@ -194,6 +194,7 @@ def test_face_normals_of_a_clean_mesh_stay() -> None:
     clean = icosphere(3)
     edit = apply(apply_normal_robust_filtering_per_face, Surface(*clean))
     assert (edit.values["shape"], edit.values["normal_iterations"]) == ("clean", 0)
+    assert edit.face_normals is not None
     np.testing.assert_allclose(edit.face_normals, face_normals(*clean), rtol=0, atol=1e-15)
 
 

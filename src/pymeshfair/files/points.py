@@ -191,8 +191,8 @@ def read_ptx(path: Path, references: References) -> Reading:
             raise ContentsError("the last three numbers of its points are no colours from 0 to 255")
         attributes["colors"] = colors.astype(np.uint8)
     missing = len(rows) - len(measured)
-    doubts = (f"{missing:,} positions in its grids have no measured point and are left out",) if missing else ()
-    doubts += (f"{bare:,} of its {len(grids):,} grids have no colours, and are white",) if bare else ()
+    doubts = [f"{missing:,} positions in its grids have no measured point and are left out"] if missing else []
+    doubts += [f"{bare:,} of its {len(grids):,} grids have no colours, and are white"] if bare else []
     mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=extras))
     return Reading(mesh, (*unended(data), *doubts))
 
