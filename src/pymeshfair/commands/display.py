@@ -73,8 +73,6 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
         yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
 
 
-# ------------------------------------------------------------------------------------------------------------------- progress
-
 #: seconds without output after which `ProgressLines` prints the progress of a step
 _PATIENCE = 10.0
 _COMPILING = "compiling filters for this machine"
