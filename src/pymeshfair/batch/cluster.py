@@ -95,7 +95,6 @@ class _Plugin(WorkerPlugin):
 
 
 def _do(batch: str, kind: Kind, scan: Scan) -> Any:
-    """Does a task on the worker that dask has chosen."""
     plugin = cast("_Plugin", get_worker().plugins[batch])
     if plugin.station is None:
         raise Reschedule

@@ -59,8 +59,7 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
     if not fitting:
         yield "no recipe is for such a mesh"
     for number, suited in enumerate(fitting, 1):
-        title = f"{number:>4}  {suited.recipe}: {suited.title}"
-        yield textwrap.fill(title, _NARROW, subsequent_indent=_INDENT)
+        yield textwrap.fill(f"{number:>4}  {suited.recipe}: {suited.title}", _NARROW, subsequent_indent=_INDENT)
         # The first condition only says that the scan is a mesh, a cloud or curves: it is left out if there are more.
         words = [text for _, text in suited.met[len(suited.met) > 1 :]]
         reasons = "; ".join([*words, *([] if suited.trial is None else [suited.trial.words])])
@@ -72,8 +71,6 @@ def fitting_lines(recipes: Sequence[Suitability]) -> Iterator[str]:
         text = f"{suited.recipe}: {suited.unmet[0][1] if suited.unmet else 'does not say which meshes it is for'}"
         yield textwrap.fill(text, _NARROW, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
 
-
-# ------------------------------------------------------------------------------------------------------------------- progress
 
 #: seconds without output after which `ProgressLines` prints the progress of a step
 _PATIENCE = 10.0

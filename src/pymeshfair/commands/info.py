@@ -89,9 +89,6 @@ def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
             yield _indented(text, _MARGIN)
 
 
-# --------------------------------------------------------------------------------------------------------------------- info
-
-
 def info(
     subject: Annotated[str, Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
     allow_outside: AllowOutside = False,

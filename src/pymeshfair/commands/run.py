@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 #: the recipe and the scan of the demo
 _RECIPE, _SCAN = "clean_range_map", Path("tests/sample_meshes/rangemaps/face000.ply")
 
-#: exit code by verdict
 EXIT_CODES = {
     "identical": 0,
     "within tolerance": 0,

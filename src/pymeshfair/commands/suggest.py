@@ -104,7 +104,6 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
-    """The values that `FILTER` reports on the scan."""
     from ..running.read import reported_values
     from .display import progress
 

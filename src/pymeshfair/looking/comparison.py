@@ -279,7 +279,6 @@ def _deviation(distance: SurfaceDistance, tolerance: float | None, length: Calla
 
 
 def _change(before: float | None, after: float | None) -> float | None:
-    """Returns the change in percent."""
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 

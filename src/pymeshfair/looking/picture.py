@@ -255,8 +255,7 @@ def draw_meshes(
     picture = Image.new("RGB", (columns * appearance.width, rows * cell + (BAR_STRIP if bar else 0)), "white")
     for k, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
         left, top = k % columns * appearance.width, k // columns * cell
-        panel = Image.fromarray(render(scene, camera, appearance.width, appearance.height))
-        picture.paste(panel, (left, top + strip))
+        picture.paste(Image.fromarray(render(scene, camera, appearance.width, appearance.height)), (left, top + strip))
         if strip:
             write_title(picture, title, left, top, appearance.width)
     draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width, appearance.unit)

@@ -157,8 +157,7 @@ def to_trimesh(arrays: Arrays) -> Any:
         return trimesh.PointCloud(arrays.vertices, colors=colors)
     arrays.omit("a mesh of trimesh with edges alone cannot hold", colours=colors)
     path = importlib.import_module("trimesh.path")
-    lines = [path.entities.Line(edge) for edge in arrays.edges]
-    return path.Path3D(entities=lines, vertices=arrays.vertices, process=False)
+    return path.Path3D(entities=[path.entities.Line(edge) for edge in arrays.edges], vertices=arrays.vertices, process=False)
 
 
 def to_open3d(arrays: Arrays) -> Any:

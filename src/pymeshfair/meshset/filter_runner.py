@@ -142,8 +142,7 @@ class ScriptLog:
 
     def save(self, file: str, current: Callable[[], Layer]) -> None:
         """Writes an .mlx file; relative lengths of steps that were not applied get absolute values for the current layer."""
-        script = self._script.with_steps(_sized(step, current) for step in self.steps)
-        write_script(script, Path(file), overwrite=True)
+        write_script(self._script.with_steps(_sized(step, current) for step in self.steps), Path(file), overwrite=True)
 
     def print(self) -> None:
         """Prints each step with the values of its parameters, as pymeshlab does."""
@@ -151,6 +150,5 @@ class ScriptLog:
         for number, step in enumerate(self.steps):
             print(f"{number}: {step.filter.python_name}")
             for name, value in step.values.items():
-                text = length_text(value) if isinstance(value, Length) else value
-                print(f"\t{name} : {type(value).__name__} = {text}")
+                print(f"\t{name} : {type(value).__name__} = {length_text(value) if isinstance(value, Length) else value}")
             print()

@@ -232,7 +232,6 @@ def _locked(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs:
 
 
 def _locking(name: str) -> Callable[..., Any]:
-    """Returns a method of pymeshlab, called by `_locked`."""
     original = getattr(BASE, name)
 
     @functools.wraps(original)

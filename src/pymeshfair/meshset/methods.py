@@ -147,7 +147,6 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    """Returns a description made from names and menus."""
     menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
     return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 

@@ -290,8 +290,7 @@ class Session:
     def _removed_contents(self, read: MeshData, result: MeshData) -> Iterator[str]:
         removed = attributes_of(read) - attributes_of(result)
         # A recipe that makes curves of a surface removes the surface's attributes on purpose.
-        makes_curves = self._job.recipe.info.task == "curves"
-        if not makes_curves and (names := [a for a in ATTRIBUTES if a in removed]):
+        if self._job.recipe.info.task != "curves" and (names := [a for a in ATTRIBUTES if a in removed]):
             yield f"after the steps the mesh has no {' and no '.join(names)} any more"
         if result.source is not read.source and read.source is not None and read.source.extras:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"

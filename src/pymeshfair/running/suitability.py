@@ -16,7 +16,6 @@ from .measuring import MeasuredMesh
 #: the traits that must be measured on the surface, up to some tenths of a second each; `MeasuredMesh` gives the others
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
-#: the attributes of a mesh with a texture
 _TEXTURED = ("textures", "wedge texture coordinates", "vertex texture coordinates")
 #: the tasks whose recipes may replace each other; and all tasks whose recipes may be replaced
 _ALIKE = ("denoise", "smooth")

@@ -181,7 +181,6 @@ def _occupy(names: Sequence[str], again: Path) -> None:
 
 
 def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[str]:
-    """Sentences on differences above the tolerance."""
     for kind, old, new in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if old != new:
             yield f"it had {old:,} {kind}, and has {new:,} now"

@@ -99,8 +99,6 @@ def _condition(text: str) -> Condition:
     raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")
 
 
-# ---------------------------------------------------------------------------------------------------------- limits
-
 #: the requirements on a result, and whether each takes a number
 REQUIREMENTS = dict.fromkeys(("watertight", "manifold", "oriented", "outward", "printable"), False)
 REQUIREMENTS |= {"components": True, "genus": True}

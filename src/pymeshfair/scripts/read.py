@@ -133,8 +133,7 @@ class _Reader:
             self._end_with(f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script", None)
         utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         try:
-            text = data.decode("utf-16" if utf16 else "utf-8-sig")
-            self._parser.Parse(text.encode("utf-8"), True)
+            self._parser.Parse(data.decode("utf-16" if utf16 else "utf-8-sig").encode("utf-8"), True)
         except UnicodeDecodeError as error:
             wrong = f"is not {'UTF-16' if utf16 else 'UTF-8'} text (byte {data[error.start]:#04x}); save it as UTF-8"
             self._end_with(wrong, None if utf16 else data.count(b"\n", 0, error.start) + 1)

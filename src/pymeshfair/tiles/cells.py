@@ -199,7 +199,6 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, name: str = "
 
 
 def _sample(slices: Slices, count: int, buckets: int) -> Floats:
-    """Returns every `step`-th point, see `_SAMPLED`."""
     step = max(1, count // min(buckets * _SAMPLED, _LARGEST_SAMPLE))
     parts, skipped = [np.empty((0, 3))], 0
     for points, _ in slices():

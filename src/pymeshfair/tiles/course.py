@@ -230,8 +230,7 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
         raise InputError(job.input, f"by tiles the recipe reads {listed(readable)}, not .{kind}: convert it, or drop --tiles")
     try:
         check_magic(job.input)
-        source = open_cloud(job.input) if is_cloud else MeshFile(job.input)
-        needed = _room(plan, source)
+        needed = _room(plan, open_cloud(job.input) if is_cloud else MeshFile(job.input))
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     check_output(job.output, job.made_from, overwrite=job.overwrite)

@@ -389,7 +389,6 @@ def do_move(
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """Applies Taubin's steps to the coordinates of the mesh."""
     squares = tasks.map(work.relax, tiles, progress)
     sums = [(math.fsum(of_tile[k][0] for of_tile in squares), sum(of_tile[k][1] for of_tile in squares)) for k in (0, 1)]
     share = denoising.share_along(*(total / max(1, number) for total, number in sums))
@@ -398,7 +397,6 @@ def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable
 
 
 def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
-    """Applies all rounds to the coordinates of the mesh."""
     surface, count = work.surface, work.filtering.outer_iterations
     tasks.map(work.begin, tiles)
     for done in range(count):

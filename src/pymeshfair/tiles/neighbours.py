@@ -373,8 +373,7 @@ class NormalTiles(PointTiles):
         count = len(normals)
         rows, at = np.nonzero((links.to < count) & (links.to != np.arange(count)[:, None]))
         others = links.to[rows, at]
-        agreement = np.einsum("ij,ij->i", normals[rows], normals[others])
-        parts, signs = _oriented(count, rows, others, agreement)
+        parts, signs = _oriented(count, rows, others, np.einsum("ij,ij->i", normals[rows], normals[others]))
         self._signs.write(links.begin, signs)
         self._parts.write(links.begin, parts + links.begin)
 

@@ -205,7 +205,6 @@ class Workshop:
             await self._end_process()
 
     async def _stop(self) -> None:
-        """Stops the current run, or kills the process if the run does not stop in time."""
         task, self._task = self._task, None
         if task is None or task.done():
             return

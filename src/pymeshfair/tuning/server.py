@@ -45,9 +45,6 @@ _HEADERS = (
 )
 
 
-# ------------------------------------------------------------------------------------------------ recipe and controls
-
-
 class ChoiceError(ParameterError):
     """The page sent a value that the parameter does not allow."""
 
@@ -178,9 +175,6 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
-# -------------------------------------------------------------------------------------------------- access and server
-
-
 def redirecting_file(address: str, folder: Path) -> Path:
     """Writes a page that redirects to an address, and that only this user can read.
 
@@ -261,9 +255,6 @@ def serve(
     signal.signal(signal.SIGINT, signal.default_int_handler)  # shells make background processes ignore SIGINT
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(serving())
-
-
-# ------------------------------------------------------------------------------------------------------- conversation
 
 
 class Conversation:

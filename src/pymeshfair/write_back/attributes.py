@@ -83,9 +83,6 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in parameters.items() if not name.startswith(ours)}
 
 
-# ---------------------------------------------------------------------------------------------------- overwriting attributes
-
-
 def _refill_vertices(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Sequence[Floats]) -> None:
     """Sets the vertex attributes `names` of the current layer to the arrays. Face normals become those of the geometry."""
     with _on_a_line(bench, mesh) as line:
@@ -188,9 +185,6 @@ class _Line:
         self.send(list(self.points.T))
         for filter_name, columns in (("compute_coord_by_function", _AXES), ("compute_normal_by_function_per_vertex", _SPARE)):
             self._bench.apply(filter_name, **dict(zip("xyz", columns, strict=True)))
-
-
-# --------------------------------------------------------------------------------------------------- custom attributes of users
 
 
 def saved_attributes(meshset: Any, prefix: str) -> list[str]:

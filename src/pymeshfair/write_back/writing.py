@@ -294,7 +294,6 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
 
 
 def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, values: Floats) -> None:
-    """Writes values of a kind, "normal" or "scalar"."""
     name = f"{element}_{kind}s"
     had = kind == "normal" or getattr(mesh, f"has_{element}_scalar")()
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
@@ -308,8 +307,7 @@ def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, val
 
 def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats) -> None:
     channels = np.rint(colors * 255.0)
-    had = getattr(mesh, f"has_{element}_color")()
-    if had and np.array_equal(_channels(mesh, element), channels):
+    if getattr(mesh, f"has_{element}_color")() and np.array_equal(_channels(mesh, element), channels):
         return
     # One number holds the four bytes, and expressions split it; muParser has no floor(x), so they use rint(x - 0.49...).
     (name,) = bring_in(bench, mesh, element, [channels @ [1.0, 256.0, 65536.0, 16777216.0]])
