@@ -238,9 +238,6 @@ def _mean_displacement(layer: Layer, vertices: Floats) -> float:
     return float(np.linalg.norm(moved, axis=1).mean())
 
 
-# -------------------------------------------------------------------------------------------------- bilateral filters
-
-
 @dataclass(frozen=True, kw_only=True)
 class Kernels:
     """The common parameters of bilateral filters: kernels and scales.

@@ -83,7 +83,6 @@ def apply_coord_spectral_filter(
 
 
 def _in_words(response: spectral.ResponseName, filtered: spectral.SpectralResult) -> str:
-    """A sentence about the change of the shape."""
     if filtered.route == "none":
         return filtered.explanation
     did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} to the largest size were kept"}

@@ -130,8 +130,6 @@ def close_holes(
 
 
 class _PlacedPatch(NamedTuple):
-    """A patch with its place in the mesh."""
-
     rim: Ints  # (k,) the rim vertices by their index in the mesh, ascending: the first k points of the patch
     patch: Patch
     forbidden: ForbiddenEdges  # the edges between rim vertices that the patch must not have

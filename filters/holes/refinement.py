@@ -172,7 +172,6 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 @compiled
 def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
-    """Whether the patch must not have the edge (c, d)."""
     pairs, apart, alone = forbidden
     n = apart.shape[0]
     if (c < n and alone[c]) or (d < n and alone[d]):

@@ -275,7 +275,6 @@ def _assemble(
 
 @compiled(nogil=True)
 def _add(rows: Ints, update: Floats, local: Ints, front: Floats) -> None:
-    """Adds an earlier group's update of `rows` to a front."""
     begin, count = np.uint64(0), np.uint64(rows.shape[0])
     for j in range(count):
         column = front[np.uint32(local[rows[j]])]

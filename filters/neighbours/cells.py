@@ -99,7 +99,6 @@ def gap_to(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
 
 @compiled(nogil=True)
 def _covered(node: int, width: int, first: int, last: int) -> bool:
-    """Whether all cells of a node belong to the tile."""
     low, high = node, node + 1
     while low < width:
         low, high = 2 * low, 2 * high

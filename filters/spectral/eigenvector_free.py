@@ -110,7 +110,6 @@ def filter_without_eigenvectors(
 
 
 def _chosen_series(response: Response, bound: float, tolerance: float) -> tuple[ChebyshevSeries, float | None]:
-    """Chooses a polynomial, or a rational function and its pole."""
     series = polynomial_series(response, bound, tolerance=tolerance, largest_degree=MOST_PRODUCTS)
     if series.error <= 2.0 * tolerance:
         return series, None

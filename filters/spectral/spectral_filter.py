@@ -169,7 +169,6 @@ def _untouched(points: Floats, why: str) -> SpectralResult:
 
 
 def _basis_fits(problem: SpectralProblem, count: int) -> bool:
-    """Whether `count` modes fit into 0.8 GB."""
     return min(count, problem.n_waves) * len(problem.mass) <= LARGEST_BASIS
 
 

@@ -50,7 +50,6 @@ def check(
 
 
 def _verdict(name: str, diagonal: float | None) -> tuple[dict[str, Any], str]:
-    """Checks a recipe; returns the result for JSON and as text."""
     from ..errors import PymeshfairError
     from ..scripts.warnings import script_warnings
 

@@ -94,7 +94,6 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, corrected by what `FILTER` found."""
     if values is None:
         return traits
     # ``drift`` is the mean displacement by `FILTER`. Impulses make it far larger than the noise; then it counts as the noise.
@@ -114,7 +113,6 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
 def _trials(
     mesh: MeshData, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
 ) -> dict[str, Trial]:
-    """Trials of the smoothing recipes that fit the scan, by name."""
     from dataclasses import replace
 
     from ..recipe import load_recipe

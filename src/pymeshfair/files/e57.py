@@ -58,8 +58,6 @@ def e57_survey(path: Path) -> tuple[int, tuple[str, ...], list[str]]:
 
 
 class _Survey:
-    """The scans of an open file that have points, and their fields."""
-
     def __init__(self, file: Any) -> None:
         self._file = file
         headers = [file.get_header(index) for index in range(int(file.scan_count))]

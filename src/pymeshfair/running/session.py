@@ -146,7 +146,6 @@ class Session:
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
-        """Read a mesh; return also its entry in the provenance record."""
         unchecked = self._unchecked if self._job.unchecked else None
         reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
@@ -313,7 +312,6 @@ class Session:
             raise refusal from error
 
     def _lose(self, texts: Sequence[str]) -> None:
-        """Warn of losses; with `Job.keep_all` raise an error instead."""
         if texts and self._job.keep_all:
             raise OutputError(self._job.output, f"{'; '.join(texts)}. With --keep-all that is an error")
         self._warn(*texts)
