@@ -213,10 +213,10 @@ def flip_towards_quality(
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
     for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from that of an old or of the
-    other new triangle, or if the new edge exists already. It is refused, too, if the new edge (at its
-    middle or quarter points) or the centroid of a new triangle would be farther from the surface than the least `allowed`: of
-    the four vertices, and of the vertices of the face of the surface that is nearest to the point.
-    Edges without exactly two faces, or whose faces have opposite orientations, stay.
+    other new triangle, or if the new edge exists already. It is refused, too, if the middle or a quarter point of the new edge or
+    the centroid of a new triangle would be farther from the surface than the least `allowed` of the four vertices and of the
+    vertices of the surface's face nearest to that point. Edges without exactly two faces, or whose faces have opposite
+    orientations, stay.
 
     (n,) `may` must be True at all four vertices of a flip. (n,) `at` has the face of the surface at each vertex, where walks to
     the surface start. (n,) `allowed` are distances, one per vertex. Returns the triangles and the number of flips.

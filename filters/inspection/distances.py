@@ -345,7 +345,8 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
     places = sample_places(points, triangles, samples, np.arange(0, len(samples), step))
     face_normal = face_normals(points, triangles)
     normals = face_normal[samples[::step]]
-    radii, thickness = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0)))), np.full(len(normals), np.inf)
+    radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
+    thickness = np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_BALLS):
         to_place = radii[active, None] * normals[active]

@@ -34,7 +34,7 @@ STRENGTH = 0.08
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
 _LEAST_GAIN = 0.8
-#: Two terms raise the coarsest diagonal: its `_SHIFT`th part, far below all eigenvalues but that of the constant vector; and
+#: Two terms are added to the coarsest diagonal d: `_SHIFT` d, far below all eigenvalues but that of the constant vector; and
 #: `_NOISE` times the finest diagonal, restricted to the coarsest level, above the rounding errors of cancelling sums.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
 #: The largest number of runs in a level, and the smallest number of rows in a run, a range of rows that one thread sweeps alone.

@@ -80,9 +80,10 @@ class Door:
         values = {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
         effective = self._filters.on_mesh(step.filter, values)
         parameters = _with_ids(step.filter, effective, {meshlab_id: number for number, meshlab_id in self._ids.items()})
-        for name in {word for value in step.values.values() if isinstance(value, str) for word in WORD.findall(value)}:
+        texts = {value for value in step.values.values() if isinstance(value, str)}
+        for name in {word for text in texts for word in WORD.findall(text)}:
             self._send_custom(name)
-        self._texts.update(value for value in step.values.values() if isinstance(value, str))
+        self._texts |= texts
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
         self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name

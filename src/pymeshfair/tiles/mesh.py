@@ -222,16 +222,16 @@ class MeshTiles:
         return Results(Column(self.surface.cells.folder / "final", "<f8", 6 if self.with_normals else 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the tile's final coordinates; returns the corners of their bounding box."""
+        """Writes the tile's final coordinates, and normals if wanted; returns the corners of the bounding box."""
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
-        points, numbers = cells.points.read(begin, end), cells.numbers.read(begin, end)
-        if not self.with_normals:
-            self.results.write(begin, numbers, points)
-        else:
+        points = cells.points.read(begin, end)
+        if self.with_normals:
             tile = tile_with_rings(self.surface, first, last, 1)
             normals = vertex_normals_by_angle(tile.vertices, tile.faces)
             self.results.write(begin, tile.numbers[tile.inside], np.hstack([tile.vertices, normals])[tile.inside])
+        else:
+            self.results.write(begin, cells.numbers.read(begin, end), points)
         return points.min(axis=0), points.max(axis=0)
 
 
