@@ -58,20 +58,20 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise, rounding = estimate_noise(mesh.points, mesh.cells), rounding_of(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    # 1. Correlated noise. On depth maps this choice is final; elsewhere a choice by held-out balls (step 4) replaces it, if made.
-    shared = rounding is None and setting_of_shared(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
-    correlated = None
-    if shared and shared.chosen.label != Setting():
-        correlated = AutomaticChoice("correlated", shared.chosen.label, noise, shared)
-    if correlated and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING and on_lines_of_sight(mesh.points, mesh.cells):
+    is_depth_map = seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING and on_lines_of_sight(mesh.points, mesh.cells)
+    first, last = part_of(progress, 0.0, 0.3), part_of(progress, 0.7, 1.0)
+    # 1. Correlated noise. On meshes that are no depth maps this step comes last, if step 4 has not found such noise by balls.
+    if rounding is None and is_depth_map and (evidence := setting_of_shared(mesh, noise, border=border, progress=first)):
         progress(1.0)
-        return correlated
-    report = rising(part_of(progress, 0.3, 1.0 if rounding is None else 0.7))
-    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=report)
+        return AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)
+    scan, _ = Scan.sampled(mesh.points, mesh.cells, mesh.movable, seed=seed, progress=rising(progress, 0.3, 0.7))
     choice = _cross_validated(mesh, scan, noise, border, repertoire, is_rounded=rounding is not None)
-    if rounding is None:
-        return choice if correlated is None or choice.kind == "correlated" else correlated
-    evidence = setting_of_rounded(mesh, rounding, choice.setting, border=border, progress=part_of(progress, 0.7, 1.0))
+    if rounding is not None:
+        evidence = setting_of_rounded(mesh, rounding, choice.setting, border=border, progress=last)
+    else:
+        is_final = is_depth_map or choice.kind == "correlated"
+        evidence = None if is_final else setting_of_shared(mesh, noise, border=border, progress=last)
+    progress(1.0)
     return choice if evidence is None else AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)
 
 
@@ -99,8 +99,7 @@ def _cross_validated(
             setting = evidence.chosen.label
         if is_even and scan.is_surface:  # what looks like noise is the surface itself
             setting, evidence = Setting(), None
-    if repertoire.outliers is not None:
-        setting = replace(setting, outliers=repertoire.outliers)
+    setting = replace(setting, outliers=repertoire.outliers or setting.outliers)
     sure = evidence is not None and len(evidence.rivals) <= tuned.RIVALS and calmed is scan and scan.agreement[0] < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 

@@ -72,7 +72,7 @@ def setting_of_rounded(
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> Choice[Setting] | None:
-    """Chooses the setting for noise that neighbours share; None without such noise or without an edge of two scored vertices.
+    """Chooses the setting for noise that neighbours share; None without such noise, or if nothing is better than doing nothing.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` is from `estimate_noise`.
     Fixed vertices do not count. If such noise is in doubt, the choice must halve the root mean square error of edge vectors.
@@ -85,8 +85,10 @@ def setting_of_shared(
     field = min((noise_field(scan, *arguments) for arguments in fits), key=lambda field: field.misfit)
     # Vertices near the border count, too, since many rounds of filtering move them.
     choice = replace(scan, rings=1).choose_by_risk(tried, tried.labels, field.heights)
+    if choice is None or choice.chosen.label == Setting():
+        return None
     # Squared errors include the variance v of the noise in the data: 2 v for doing nothing, v + v / 4 for half the error.
-    halves = choice is not None and choice.chosen.error**2 < (1.0 + 0.25) / 2.0 * choice.trials[0].error ** 2
+    halves = choice.chosen.error**2 < (1.0 + 0.25) / 2.0 * choice.trials[0].error ** 2
     return choice if halves or not in_doubt else None
 
 
