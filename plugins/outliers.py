@@ -81,7 +81,8 @@ def compute_selection_by_stray_points_per_vertex(
         neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take longer.
         sparseness: Points whose neighbours are farther than this many times the median distance are usually selected. Larger
             keeps sparser parts of a scan, but also more of the hazes.
-        smallest_part: Isolated clumps of fewer points than this are selected. Larger selects larger clumps.
+        smallest_part: Isolated clumps of fewer points than this are selected, also clumps that fill space with fewer than three
+            times as many. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):
@@ -90,8 +91,8 @@ def compute_selection_by_stray_points_per_vertex(
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
-    return _selection(stray_points(layer.vertices, **options, progress=progress), kind)
+    stray = stray_points(layer.vertices, **options, progress=progress)
+    return _selection(stray, "part of no surface: alone, in a haze, or in small clumps")
 
 
 @point_selection(name="Select Surplus Points")

@@ -1,7 +1,7 @@
 """Kernels are functions compiled by numba. Their machine code is stored; the first call loads it, or compiles it.
 
 The name of the stored file contains a hash of the function's code and of all functions and constants that it uses. Numba's own
-cache misses changes of functions and constants imported from other files.
+cache does not notice changes of functions and constants imported from other files.
 
 ``signatures.json`` lists the kernels and argument types that the shipped recipes and all filters with default parameters use.
 The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahead; ``tools/generate.py kernels`` writes the list.

@@ -30,7 +30,7 @@ class Trial(Generic[Label]):
     """One candidate and its score."""
 
     label: Label
-    error: float  # root mean square of its clipped deviations, see `scores_of`, in mean edges
+    error: float  # root of its mean q, see `scores_of`, in mean edges
     excess: float  # its mean square minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 

@@ -9,7 +9,7 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 STAYS = 2.0
 
 # Cross-validation.
-#: Number of sets of held-out vertices; of balls half. The mean angle is 2 % larger with 1 than with 4; a few shapes gain by 8.
+#: Number of sets of held-out vertices, twice that of balls. The mean angle is 2 % larger with 1 than with 4; few gain by 8.
 MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
@@ -40,7 +40,7 @@ EVEN = 1.3
 WEAK = 0.05
 
 # Impulse noise.
-#: Uneven noise has more outliers than half of this share of the vertices, impulse noise more than it. Gaussian noise has 0.003.
+#: The least share of outliers in impulse noise; in uneven noise it is half of this. Gaussian noise has a share of 0.003.
 IMPULSIVE = 0.01
 #: The residual of an outlier exceeds this multiple of two values: the standard deviation, and the median in its two rings.
 STANDS_OUT = 3.0

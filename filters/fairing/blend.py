@@ -271,7 +271,8 @@ def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats
             else:
                 from_first[i, j] = False
                 costs[j] = length + costs[j - 1] if j > 0 else length
-            # The last row and column repeat the first: a path through these corners uses one edge twice, with four triangles.
+            # The last row and column repeat the first. So these two corners of the grid are the edge at (0, 0), where each path
+            # begins; a path through one of them would give this edge four triangles.
             if (i == 0 and j == second.shape[0] - 1) or (i == first.shape[0] - 1 and j == 0):
                 costs[j] = np.inf
 

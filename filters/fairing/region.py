@@ -34,9 +34,9 @@ class FairedRegion:
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
-        backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
+        backward_error: see `SpdSystem.backward_error`, the residual computed in twice the precision; 0 if nothing was free.
         last_correction: the largest change of a coordinate in the last correction of the solution, as a share of the
-            diagonal of the region with its rings: an upper bound of the error of a coordinate.
+            diagonal of the region with its rings. Usually the error of a coordinate is smaller.
         refinements: the number of corrections.
         area_share: the new area of the triangles with a free vertex over the old area; 1 if the old area was 0. Near 0, the
             fixed vertices lie too close together to span the region.

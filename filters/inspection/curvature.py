@@ -28,7 +28,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit sums of face normals weighted by corner angles, which splitting a face does not change; 0 if the sum is 0."""
+    """(n, 3) unit sums of face normals weighted by corner angles; 0 if the sum is 0. Splitting a face does not change them."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -59,7 +59,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 
     H is positive where the surface bulges towards its normals, negative in hollows. n_i is the angle-weighted vertex normal.
     "cotangent": H_i = -n_i . (L p)_i / 2 with L = M^-1 C, the cotangent stiffness C and the mixed Voronoi areas M [meyer2003];
-    its error falls with the square of the edge length on regular meshes, and is 0 on cylinders.
+    its error falls with the square of the edge length on regular meshes, and is 0 on cylinders with edges along the axis.
     "uniform": H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the mean of the normal curvatures
     along the edges, weighted by the squared lengths of the edges; it equals H if the edges are spread evenly, and is robust to
     slivers. H is 0 on borders, where it is not defined, and at vertices without a face.

@@ -86,7 +86,7 @@ class ShiftedFactors:
             raise ConvergenceError(f"the operator of {matrix.shape[0]} vertices has no stable factors near the shift {shift:.6g}")
 
     def solve(self, right_side: Floats) -> Floats:
-        """Returns (A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
+        """Returns (A - shift I)^-1 times (n, b) columns; the result is Fortran-ordered."""
         return self._fronts.solve(self._values, np.asfortranarray(right_side))
 
 
@@ -145,7 +145,7 @@ class SpdSolver:
             progress: called every few steps; may raise to stop.
 
         Raises:
-            ConvergenceError: conjugate gradients stall, and factors fail or A is not positive definite to rounding.
+            ConvergenceError: neither conjugate gradients nor factors solve it, or A is not positive definite to rounding.
         """
         b = self._system.columns(right_side)
         guess = None if start is None else self._system.columns(start)
@@ -314,7 +314,7 @@ class RefinedSolution(NamedTuple):
 
     values: Floats  # x, (n, k)
     backward_error: float  # see `SpdSystem.backward_error`
-    last_correction: float  # the largest entry of the last correction, in the unit of x: larger than the remaining error
+    last_correction: float  # the largest entry of the last correction, in the unit of x; usually larger than the error left
     refinements: int  # the number of corrections after the first solution
 
 

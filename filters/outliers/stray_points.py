@@ -14,9 +14,11 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# Points of at most this thickness are flat: most points on surfaces with noise of 0.4 spacings, 3 % of those that fill space.
+# A point is flat if its thickness, see `thicknesses`, is at most this: on surfaces with noise of 0.4 spacings most points are, in
+# parts that fill space 3 %.
 _FLAT = 0.06
-# Mean thickness: 0.17 to 0.19 in parts that fill space, 0.09 on surfaces. Parts above `_FULL` need `_MORE` times `smallest_part`.
+# A part fills space if its mean thickness is above `_FULL`: it is 0.17 to 0.19 there, 0.09 on surfaces. Such a part is kept if it
+# has `_MORE` times `smallest_part` points.
 _FULL, _MORE = 0.14, 3
 # For linked points the spacing limit is this factor larger: at 25 points per square metre, spacings in foliage are 2.7 medians.
 _FOLIAGE = 2.0
@@ -65,8 +67,8 @@ def stray_points(
        Mutual neighbours are linked. A point off a surface has few links: surface points have nearer neighbours.
     2. Points are kept if their spacing is at most `sparseness` times the median of the cloud. With k / 4 links or more, twice
        this spacing or a thickness of at most 0.06 is enough. Then, twice, all points with k / 4 links to kept points are kept.
-    3. Links join kept points to parts. A part of fewer than `smallest_part` points is stray after all. A part that fills space,
-       with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
+    3. Kept points that are linked form a part. A part of fewer than `smallest_part` points is stray after all. A part that fills
+       space, with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 
     Args:
         points: (n, 3) finite coordinates.

@@ -17,9 +17,10 @@ from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
 from .spectrum import spectrum
 
-#: No thickness is searched whose bound b is above this multiple of the displacement u: b tanh(u / b) is within 2.1 % of u there.
+# The thickness is searched up to the longest wavelength, and farther only until the bound b of step 4 in `enhance_details` is
+# this multiple of the displacement u: beyond it b tanh(u / b) is within 2.1 % of u.
 _BOUND = 4.0
-# Where displacements are below this share of the largest one, the thickness is searched for as far as at this share.
+# In this search displacements below this share of the largest one count as this share.
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12

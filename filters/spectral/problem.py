@@ -162,7 +162,7 @@ class Response:
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Removes waves shorter than the detail size: F(2 pi / detail_size) = 1/2 exactly.
 
-    A larger `detail_size`, in mesh units, removes more. A larger `order` n cuts off more sharply, takes longer and rings more.
+    A larger `detail_size`, in mesh units, removes more. A larger `order` n cuts off more sharply and rings more.
     """
     return Response("low_pass", (cutoff_frequency("detail_size", detail_size),), _checked_order(order), (1.0,))
 

@@ -65,7 +65,7 @@ def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wr
         assert folder not in text
     for words in ("cannot read 03.ply: it is empty", "no page: reports is full", "2 of 4 scans were done."):
         assert words in text
-    lines = "1 were written although they break a limit.", "3 of these were written by an earlier batch.", "1 failed."
+    lines = "1 were written although they break a limit.", "3 of all outputs were written by an earlier batch.", "1 failed."
     assert [text.index(line) for line in lines] == sorted(text.index(line) for line in lines)
 
 

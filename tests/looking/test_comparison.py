@@ -240,7 +240,7 @@ def test_distances_from_a_cloud_have_no_side(tmp_path: Path) -> None:
     for right in ("The points lie", "95 % of the points are nearer than", "of BEFORE, at the points of clouds;", " 0.05 "):
         assert right in told
     mixed = compared(tmp_path, (vertices, faces), (smaller, cloud[1]), tolerance=0.01)
-    assert "most, inwards by" in verdict_text(mixed)
+    assert "at most; AFTER lies 0.33 mean edges inwards on average." in verdict_text(mixed)
     assert "of BEFORE, on faces by area and at the points of clouds;" in comparison_lines(mixed)[0]
     assert {(row[0][-6:], row[2][0]) for row in area_table(mixed)[1:]} == {(" AFTER", "-"), ("BEFORE", "0")}
 
@@ -449,6 +449,7 @@ def test_the_areas_that_are_not_listed_are_counted(tmp_path: Path) -> None:
     assert areas == 60
     assert len(area_table(found)) == 21
     assert "areas out of tolerance: 60; the 20 furthest are listed" in comparison_lines(found)
+    assert " mean spacings apart" in verdict_text(found)  # points have no edges
     few = replace(found, out_of_tolerance=found.out_of_tolerance[:20])
     assert not any(text.startswith("areas out of") for text in comparison_lines(few))
 

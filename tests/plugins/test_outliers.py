@@ -126,7 +126,7 @@ def test_the_points_of_each_kind_are_counted_in_words(cloud: NDArray[np.float64]
         for name, values in (("stray_points", {}), ("outlier_probability", {"threshold": 0.9})):
             document.apply(Step(find_filter(f"compute_selection_by_{name}_per_vertex")).with_values(values))
     assert said == [
-        "1 of 501 points are part of no surface: alone, in a haze, or in clumps of fewer than 100",
+        "1 of 501 points are part of no surface: alone, in a haze, or in small clumps",
         "1 of 501 points are outliers with a probability above 0.9",
     ]
 

@@ -85,7 +85,7 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
             warnings.simplefilter("ignore")  # Pillow warns above a limit of its own
             with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
-                image.verify()  # the checksums of a PNG, in place of which MeshLab would write its "dummy.png"
+                image.verify()  # if a checksum of a PNG is wrong, MeshLab would write its "dummy.png" instead of the image
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         why = f"is no image that MeshLab reads ({', '.join(IMAGES)}), is damaged, or is too large"
         raise InputError(mesh, f"the texture {quoted(name)} {why}") from error
@@ -123,7 +123,7 @@ MOST_TEXTURES = 1000  # of one mesh
 #: Reads a mesh file and the files it names. Raises `ContentsError` if it is damaged, has another format or needs a package that
 #: is missing; `InputError` if it names a file that must not be opened; `OSError` if it cannot be read.
 Reader: TypeAlias = Callable[[Path, References], Reading]
-#: the first bytes of a text in UTF-16, and the formats that allow this encoding
+#: the first bytes of a text in UTF-16, and the formats whose readers accept this encoding
 _UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 
 

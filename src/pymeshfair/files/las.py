@@ -139,8 +139,8 @@ def las_unit(header: Any, records: Any) -> str | None:
     """Returns the unit of length in the coordinate reference system, or None without a known unit."""
     for record in (*header.vlrs, *(records or ())):
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
-            # The text may have units of angles and of heights, too: the first known unit of length counts. In the second
-            # version of the text the unit of the ellipsoid precedes those of the coordinates.
+            # The text may have units of angles and of heights, too: the first known unit of length counts. In WKT 2 the unit
+            # of the ellipsoid comes before the units of the coordinates.
             for name in re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text.partition("CS[Cartesian")[2] or text, re.IGNORECASE):
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
                     return unit
@@ -262,7 +262,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
                 same[same] = (_levels(document.deep)[ids[same]] == values[same]).all(axis=1)
                 bits = deep.copy()
                 bits[same] = document.deep[ids[same]]
-                # dark colours alone would be read as levels
+                # If all remaining 16-bit colours are below 256, they would be read as 8-bit colours.
                 deep = bits if (_levels(bits)[:, :3] == values[:, :3]).all() else deep
             columns |= zip(_COLOR, deep.T, strict=True)
         elif name == "normals":

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _MOST_PIECES = 5  # the most pieces that get a line each
 MOST_AREAS = 20  # the most areas out of tolerance that are listed
-#: a measure, its words, and whether it has a row even if all values are 0 (or unknown, unless that is due to clouds or tiles)
+#: A measure, its words, and whether it has a row if all values are 0 or None. If clouds or tiles make all None, it has no row.
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -153,23 +153,29 @@ def _percent(share: float) -> str:
 def verdict_text(result: Comparison, unit: str | None = None) -> str:
     """Returns up to three sentences: the distance of the surfaces, the displacement, and whether the tolerance is kept."""
     after, before, moved = result.after_from_before, result.before_from_after, result.displacement
+
+    def text_of(length: LengthIn) -> str:
+        if length.mean_edges is None:
+            return _in(abs(length.mesh_units), unit)
+        return _in(abs(length.mean_edges), _relative_unit(result))
+
     if result.same_surface:
         text = "Both meshes are the same surface: no place of one lies further than a rounding error from the other."
     elif result.hausdorff.mesh_units <= result.rounding:
         text = f"No difference between the surfaces at {after.samples + before.samples:,} samples."
     elif before.rms.mesh_units > 2.0 * after.rms.mesh_units:
         text = (
-            f"BEFORE lies {_in_edges(before.rms, unit)} from AFTER (root mean square), and {_in_edges(before.largest, unit)} at "
-            f"most; AFTER lies {_in_edges(after.rms, unit)} from BEFORE."
+            f"BEFORE lies {text_of(before.rms)} from AFTER (root mean square), and {text_of(before.largest)} at most; "
+            f"AFTER lies {text_of(after.rms)} from BEFORE."
         )
     else:
-        apart = f"{_in_edges(after.rms, unit)} apart (root mean square), and {_in_edges(result.hausdorff, unit)} at most"
-        side = f"{'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(after.mean, unit)} on average"
-        text = f"The surfaces lie {apart}, {side}." if result.before["faces"] else f"The points lie {apart}."
+        apart = f"{text_of(after.rms)} apart (root mean square), and {text_of(result.hausdorff)} at most"
+        side = f"AFTER lies {text_of(after.mean)} {'outwards' if after.mean.mesh_units > 0.0 else 'inwards'} on average"
+        text = f"The surfaces lie {apart}; {side}." if result.before["faces"] else f"The points lie {apart}."
     if moved is not None and not moved.largest.mesh_units:
         text += " No vertex moved."
     elif moved is not None:
-        text += f" Vertices moved by {_in_edges(moved.mean, unit)} on average, and by {_in_edges(moved.largest, unit)} at most."
+        text += f" Vertices moved by {text_of(moved.mean)} on average, and by {text_of(moved.largest)} at most."
     if result.tolerance is not None:
         limit = result.tolerance.mesh_units
         shares = f"{_within(after, limit)} of AFTER and {_within(before, limit)} of BEFORE lie within {_in(limit, unit, 6)}"
@@ -214,7 +220,7 @@ def distance_table(result: Comparison, unit: str | None = None) -> list[list[str
             ("root mean square", moved.rms),
             (f"largest, vertex {moved.vertex} at {point_text(moved.place)}", moved.largest),
         ]
-    return [["", unit or "mesh units", "mean edges", "% of diagonal"]] + [
+    return [["", unit or "mesh units", _relative_unit(result), "% of diagonal"]] + [
         [words, *("-" if value is None else f"{value:.4g}" for value in vars(length).values())]
         for words, length in (*rows, ("Hausdorff distance", result.hausdorff))
     ]
@@ -255,9 +261,8 @@ def comparison_lines(result: Comparison, unit: str | None = None) -> list[str]:
     return [*lines, *(f"{words}: {', '.join(names)}" for words, names in attributes.items() if names)]
 
 
-def _in_edges(length: LengthIn, unit: str | None) -> str:
-    value, unit = (length.mesh_units, unit) if length.mean_edges is None else (length.mean_edges, "mean edges")
-    return _in(abs(value), unit)
+def _relative_unit(result: Comparison) -> str:
+    return "mean edges" if result.before["mean_edge"] else "mean spacings"
 
 
 def _in(value: float, unit: str | None, digits: int = 3) -> str:

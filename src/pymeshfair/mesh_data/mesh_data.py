@@ -51,7 +51,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeshData:
-    """A mesh: n vertices, m triangles, e edges of polylines. Its coordinates, cells and attributes are read-only.
+    """A mesh: n vertices, m triangles, e edges of polylines. Its arrays are read-only.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -132,7 +132,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Returns the mesh with its matrix applied to coordinates and vertex normals, and without stored face normals."""
+        """Applies the matrix, if any, to coordinates and vertex normals, and removes stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
@@ -142,7 +142,7 @@ class MeshData:
 
     @property
     def writes_normals(self) -> bool:
-        """Whether files get vertex normals; those of a mesh that has lost all faces cannot be computed."""
+        """Whether files get vertex normals. Without faces they cannot be computed, so they are written only if they are there."""
         return self.keeps_normals if len(self.faces) else "normals" in self.vertex_attributes
 
     @cached_property

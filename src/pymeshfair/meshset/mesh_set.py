@@ -129,7 +129,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
         """Applies all steps of a script, adds them to the filter script, and returns their reports.
 
-        Raises `ScriptStepFailedError` if a step fails; mesh and filter script are as they were after the last complete step.
+        Raises `ScriptStepFailedError` if a step fails; the steps before it stay applied, and stay in the filter script.
         """
         results: list[dict[str, Any]] = []
         for result, done in filter_runner.ScriptLog(script).apply(self._filters.apply_step):

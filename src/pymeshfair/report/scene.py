@@ -96,7 +96,8 @@ def _thinned(local: Floats, faces: Ints, target: int) -> tuple[Floats, Ints]:
     areas = vector_lengths(cross_products(local, faces))
     side = math.sqrt(float(areas.sum()) / target)  # `areas` are doubled: a cell of a flat part keeps two faces
     cell_of_vertex = np.zeros(len(local), np.int64) if side > 0.0 else np.arange(len(local))
-    for along in np.floor(local / side).T if side > 0.0 else ():  # axis by axis, since a far vertex makes a key of all overflow
+    # Axis by axis: with a vertex far away, the number of cells of the whole grid would overflow.
+    for along in np.floor(local / side).T if side > 0.0 else ():
         _, row = np.unique(along, return_inverse=True)
         _, cell_of_vertex = np.unique(cell_of_vertex * (row.max() + 1) + row, return_inverse=True)
     counts = np.bincount(cell_of_vertex)

@@ -249,7 +249,7 @@ def warnings_of(
     remedies = [text for text in (milder(steps), other and f"take {other}") if text]
     if dimensions:
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
-        yield f"the shape's dimensions changed, even without noise at their ends: {sides}{_advice('. To keep them: ', remedies)}"
+        yield f"the shape's dimensions changed, not only by noise at their ends: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (

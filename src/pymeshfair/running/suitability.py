@@ -37,7 +37,7 @@ class Trial:
     error: float  # the prediction error at held-out vertices, along the normals; on a scan without noise the displacement
     before: float  # the same error of the scan as it is
     relief: float | None  # the share of the relief that is lost; None if the noise hides all relief
-    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none
+    relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none, or all
     tied: bool = False  # whether the error is statistically equal to the least error of all trials
 
     @property
@@ -165,7 +165,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
         return f"{mismatch}: it needs no smoothing"
     if no_need and None not in no_need:
         return f"{mismatch}: {' and '.join(sorted(filter(None, no_need)))}"
-    # A recipe judged by another measure does not replace this one: it may remove waves of a given size instead of noise.
+    # Recipes that are judged by different measures do not replace each other: one may remove noise, the other long waves.
     same_measure = [other for other in fitting if not info.measure or other.measure == info.measure]
     substitutes = [other for other in same_measure if other.task in tasks and len(other.met) > 1]
     if substitutes and info.task in _REPLACEABLE:

@@ -251,7 +251,7 @@ def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
 
 
 def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
-    """Raise `ParameterError` if the value of a parameter is an expression that MeshLab cannot evaluate."""
+    """Raises `ParameterError` unless `evaluates` accepts the value of a parameter that is an expression."""
     if isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name) and not evaluates(text):
         raise ParameterError(
             f"parameter {parameter.name!r}: {shortened(text)!r} is no expression that MeshLab can evaluate: it knows "

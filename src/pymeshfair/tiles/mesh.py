@@ -184,7 +184,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks that move vertices of a mesh. Each task works on the cells from `first` to before `last`, and can be repeated."""
+    """The tasks that move vertices of a mesh, each in the cells from `first` to before `last`. Each task can be repeated."""
 
     surface: Surface
     with_normals: bool = False  # whether `finish` writes normals, too
@@ -365,7 +365,7 @@ def do_move(
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
     if filtering is not None and not (filtering.relaxation or filtering.outer_iterations):
-        return {**chosen_values, "notes": ("there is nothing to remove: the vertices stay where they are",)}
+        return {**chosen_values, "notes": ("there is nothing to do: the vertices stay where they are",)}
     whole, is_open = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
     progress = part_of(progress, 0.1, 1.0)
     if filtering is None:

@@ -33,7 +33,7 @@ _CAN = (
 )
 #: steps that need the whole cloud or mesh: the reason, and the alternative
 _WHY = {
-    _PROJECTION: "moves points with the bandwidth of the whole cloud; set 'iterations' to 0, which moves none",
+    _PROJECTION: "moves points with the bandwidth of the whole cloud; remove this step",
     "apply_coord_implicit_fairing": "solves equations for all vertices, and gives whole parts their volume back after every "
     "step; take 'Taubin Fairing', or 'Normal Filtering' against noise",
     "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Explicit Smoothing' with update "

@@ -35,7 +35,7 @@ from ..scripts.values import number_text, parse_value
 from ..scripts.write import write_script
 from .bench import Result, Scan, Stopped, Workshop
 
-#: the headers of every response: browsers store nothing and send nothing to other sites
+#: the headers of all pages: browsers store no page, and tell no other site its address, which has the token
 _HEADERS = (
     ("Cache-Control", "no-store"),
     ("Referrer-Policy", "no-referrer"),

@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # New vertices are made by subdivision: merging keeps the lowest index, and vertices made by cutting come later.
+    # Only vertices made by subdivision become new vertices: merging keeps the lowest index, those made by cutting have higher.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
@@ -115,7 +115,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Not used: up to six corners (of the seed before and after subdivision), and two in three of the others; see `divided`.
+        # Up to six vertices are not used, the corners of the seed before and after subdivision, nor two in three of the others.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1

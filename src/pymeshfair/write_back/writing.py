@@ -204,7 +204,7 @@ def _as_data(bench: Workbench, mesh: Any) -> MeshData:
     textures: tuple[Texture, ...] = ()
     if (wedges := wedges_of(mesh)) is not None:
         of["face"]["wedge_texture_coordinates"] = wedges
-        # `grow` also gives the vertices texture coordinates, which these values replace: those of each vertex's first corner.
+        # `grow` also gives the vertices texture coordinates. Each vertex gets those of its first corner instead.
         uv = of["vertex"]["texture_coordinates"] = np.zeros((len(vertices), 2))
         uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
         textures = _image(mesh)
