@@ -140,7 +140,7 @@ class Adjacency:
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=table[:, CENTRE], radius=reach)
 
     def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
-        """Returns the faces, ascending, whose neighbourhoods are cut off where the surface ends; `radius`: see `within`."""
+        """Returns the faces, ascending, whose neighbourhoods may be cut off where the surface ends; `radius`: see `within`."""
         near = self.on_border & self.ends
         cut = near[self.faces].any(axis=1)
         for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING)) if cut.any() else 0):

@@ -166,7 +166,8 @@ def _holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertic
     """Returns, for each outer rim in `islands`, the index of the smallest hole around it in another component; -1 for no hole.
 
     An island lies in a hole if all vertices of its rim are near the middle plane of the hole, if their projections on this plane
-    are inside the hole's rim, and if the island is oriented like the surface around the hole.
+    are inside the hole's rim, and if the island is oriented like the surface around the hole. Its middle must also lie in the
+    smallest ball around the middle of the hole that contains the hole's rim.
     """
     components, _ = connected_components(faces, len(vertices))
     rims = [vertices[hole.vertices] for hole in holes]

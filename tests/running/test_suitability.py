@@ -142,7 +142,7 @@ def test_a_recipe_that_has_nothing_to_do_is_not_replaced() -> None:
     assert said("mesh, no sharp", "smooth", sharpness=0.9) == "it needs no smoothing"
     simulation = "mesh, noise up to 0.04 edges, triangle quality up to 0.8"
     assert said(simulation, "prepare", noise=0.2, **good) == "run all first"
-    assert said("mesh, open, texture", "clean", texture=0.0, **{"border edges": 0.0}).startswith("no other recipe of its kind")
+    assert said("mesh, open, texture", "clean", texture=0.0, **{"border edges": 0.0}).startswith("no other recipe replaces it")
 
 
 def test_what_is_judged_by_another_measure_is_no_substitute() -> None:

@@ -96,7 +96,10 @@ class RunOptions:
     max_volume_change: Annotated[str | None, Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = None
     require: Annotated[
         str | None,
-        Option(metavar="watertight,manifold,oriented,outward,printable,components=N,genus=N", help="Fail unless OUTPUT is so."),
+        Option(
+            metavar="watertight,manifold,oriented,outward,printable,components=N,genus=N",
+            help="Fail unless OUTPUT is so; only closed parts are tested for outward.",
+        ),
     ] = None
     keep_sharp: Annotated[str | None, Option(metavar="PERCENT", help="Fail if less of the sharp edges is kept: 95%.")] = None
     keep_broken: Annotated[bool, Option("--keep-broken", help="Write OUTPUT even beyond a limit; the exit code stays 1.")] = False

@@ -69,7 +69,7 @@ _VERTEX = (3, 4, 6, 7)
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)
-_LEVELS = "the colours of its vertices go up to 255: they are read as levels up to 255, not as shares from 0.0 to 1.0"
+_LEVELS = "the colours of its vertices go above 1: they are read as levels from 0 to 255, not as shares from 0.0 to 1.0"
 #: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
 #: how many numbers follow each keyword of a material file
@@ -570,7 +570,9 @@ def _states_to_write(
     new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
     firsts, kinds = numbered(looks[new])
     if len(firsts) + len(names) > MOST_MATERIALS:
-        notes.append(f"colours of faces are left out: they need {len(firsts):,} materials; {MOST_MATERIALS:,} are the most")
+        notes.append(
+            f"colours of faces are left out: with the {len(firsts):,} materials they need there are over {MOST_MATERIALS:,}"
+        )
         looks[:, 1:] = -1
         new &= looks[:, 0] >= 0
         firsts, kinds = numbered(looks[new])

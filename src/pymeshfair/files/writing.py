@@ -40,7 +40,7 @@ _GRACE = 3600.0  # seconds until a folder without a lock file counts as abandone
 def check_place(path: Path, *, makes_folder: bool = False) -> bool:
     """Returns whether the path is a regular file; refuses a path where no file can be put.
 
-    With `makes_folder` missing folders will be made, so only the nearest existing folder above the path is checked.
+    With `makes_folder`, the caller will make missing folders, so only the nearest existing folder above the path is checked.
     """
     folder = next(filter(os.path.lexists, path.parents), path.parent) if makes_folder else path.parent
     try:

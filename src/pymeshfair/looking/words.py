@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _MOST_PIECES = 5  # the most pieces that get a line each
 MOST_AREAS = 20  # the most areas out of tolerance that are listed
-#: A measure, its words, and whether it has a row if all values are 0 or None. If clouds or tiles make all None, it has no row.
+#: A measure, its words, and whether it has a row if all values are 0 or None; see `measure_rows` for clouds and runs by tiles.
 _MEASURES = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -41,7 +41,7 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns rows: a measure, and its value for each mesh. Measures that no mesh has may have no row."""
+    """Returns rows: a measure, and its value for each mesh. A measure that clouds or runs by tiles do not have has no row."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     incomplete = all(measures.get("faces") == 0 or measures.get("area") is None for measures in columns.values())

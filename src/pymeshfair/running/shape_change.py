@@ -25,7 +25,7 @@ from ..scripts.script import Step
 from .suitability import ERASED
 
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box, with noise and without, changes by more than this share
-#: a run warns if a vertex moves by more than this many mean edges, or if the area grows by more than this share
+#: a run warns if a vertex moves by more than this many mean edges, or if more area is added than removed, by more than this share
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller, a gain if nearer 1
 _WHOLE = 0.25  # a mesh was moved as a whole if carrying it back leaves less than this share of the median displacement
@@ -169,7 +169,9 @@ class ShapeChange:
     moved: Moved | None  # None if there are no vertices to compare
     added: Part
     removed: Part
-    turned: int | None  # the number of faces that turned by more than 90 degrees; None if the vertex count or the faces differ
+    #: the number of faces that turned by more than 90 degrees, apart from a motion of the whole; None if the vertex count or the
+    #: faces differ
+    turned: int | None
     folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if `turned` is None
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
     #: sample is measured. None if no followed vertex moved, or if the noise hides all relief or has impulses

@@ -70,7 +70,7 @@ class Suitability:
 
     @property
     def made_for(self) -> int:
-        """The number of met conditions that do not begin with "no"."""
+        """The number of met conditions that do not begin with the word "no"."""
         return sum(not text.startswith("no ") for text, _ in self.met)
 
     @property
@@ -171,7 +171,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     if substitutes and info.task in _REPLACEABLE:
         return f"{mismatch}: take {substitutes[0].recipe}"
     example = f", such as {fitting[0].recipe}" if fitting else ""
-    return f"{mismatch}: no other recipe of its kind fits; `pymeshfair suggest` names recipes of other kinds that fit{example}"
+    return f"{mismatch}: no other recipe replaces it; `pymeshfair suggest` names recipes that fit{example}"
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
