@@ -570,9 +570,7 @@ def _states_to_write(
     new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
     firsts, kinds = numbered(looks[new])
     if len(firsts) + len(names) > MOST_MATERIALS:
-        notes.append(
-            f"colours of faces are left out: with the {len(firsts):,} materials they need there are over {MOST_MATERIALS:,}"
-        )
+        notes.append(f"colours of faces are left out: with their {len(firsts):,} materials there are over {MOST_MATERIALS:,}")
         looks[:, 1:] = -1
         new &= looks[:, 0] >= 0
         firsts, kinds = numbered(looks[new])
