@@ -208,10 +208,7 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
     """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
     options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
     comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
-    if comparison is None:
-        return []
-    rows = reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
-    return [{**row, "chosen": trial == comparison.chosen} for row, trial in zip(rows, comparison.trials, strict=True)]
+    return reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
 
 
 def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:

@@ -100,10 +100,14 @@ def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: boo
 
 
 def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The report on each trial of a choice: the label, as values by name, and the scores."""
+    """The report on each trial of a choice: the label, as values by name, the scores, and whether it was chosen."""
+    if choice is None:
+        return []
     scores = ("error", "excess", "uncertainty")
-    trials = choice.trials if choice is not None else ()
-    return [{**labelled(trial.label), **{name: getattr(trial, name) for name in scores}} for trial in trials]
+    return [
+        {**labelled(trial.label), **{name: getattr(trial, name) for name in scores}, "chosen": trial == choice.chosen}
+        for trial in choice.trials
+    ]
 
 
 def squared_mean_edge(layer: Layer) -> float:

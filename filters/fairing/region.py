@@ -245,9 +245,9 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
     """Makes the weights and masses of an operator uniform in the connected components of irregular vertices.
 
-    A vertex with almost no mass costs nothing wherever it lies, so an energy makes a spike of it to save a little elsewhere. In
-    the component of a spike every edge gets the weight cot(60 degrees) and every vertex the same mass, as if all triangles were
-    equilateral.
+    Where weights and masses differ by orders of magnitude, the energy may be least with a vertex far away from the others, a
+    spike. In the component of a spike every edge gets the weight cot(60 degrees) and every vertex the same mass, as if all
+    triangles were equilateral.
 
     `irregular` is (n,) which vertices became spikes. Returns the new operator, and (n,) which vertices are in their components.
     """

@@ -227,7 +227,7 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """Returns (t,) upper bounds of the local distances of t triangles with (t, 3, 3) corners and the distances of these.
+        """Returns (t,) upper bounds of local distances of points in t triangles, given those of their (t, 3, 3) corners.
 
         Each point is at most L / sqrt(3) from a corner, L the longest side (Jung's theorem), so its distance exceeds the corner's
         by at most L / sqrt(3). The distance to each triangle of `mesh` in (t, k) `beside` is convex, so largest at a corner.

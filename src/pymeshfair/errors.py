@@ -78,7 +78,7 @@ class MeshError(PymeshfairError):
 
 
 class RunError(PymeshfairError):
-    """A run failed; it wrote no output, and existing files are untouched."""
+    """A run failed and wrote no output; existing files are untouched, but for maps of an earlier `GuardBroken`."""
 
 
 @dataclass(frozen=True)

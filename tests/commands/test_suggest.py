@@ -10,7 +10,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.commands.suggest import _behind, _by_evidence, _explicit, _summary, _trials
+from pymeshfair.commands.suggest import _behind, _by_evidence, _explicit, _setting_lines, _summary, _trials
 from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import shipped_recipes
@@ -199,6 +199,19 @@ def test_a_name_that_xml_cannot_hold_is_escaped_in_the_recipe() -> None:
 
 
 def test_settings_for_rounded_coordinates_have_no_standard_errors() -> None:
-    """The best is the best, others are behind; where there are standard errors they are told."""
-    trials = [{"excess": 0.0, "uncertainty": 0.0}, {"excess": 0.2, "uncertainty": 0.0}, {"excess": 0.2, "uncertainty": 0.1}]
-    assert [_behind(trial) for trial in trials] == ["best", "behind", "2.0 standard errors behind"]
+    """The best is the best, others are behind; where there are standard errors they are told, and which one is chosen."""
+    rows = ((0.0, 0.0, False), (0.2, 0.0, False), (0.2, 0.1, False), (0.2, 0.1, True))
+    trials = [{"excess": excess, "uncertainty": error, "chosen": chosen} for excess, error, chosen in rows]
+    told = ["best", "behind", "2.0 standard errors behind", "2.0 standard errors behind, chosen"]
+    assert [_behind(trial) for trial in trials] == told
+
+
+def test_the_chosen_setting_has_a_line_even_far_behind_the_best() -> None:
+    """Where only the tenth setting is flat enough, its line stands beside those of the best and of doing nothing."""
+    parts = {"relaxation": 0, "parameters": None, "outliers": "keep", "rounding": "keep", "uncertainty": 0.1}
+    tried = [{**parts, "relaxation": k, "error": 1.0, "excess": (20 - k) % 20 / 10, "chosen": k == 5} for k in range(20)]
+    lines = _setting_lines({"shape": "noisy", "tried": tried})
+    assert [line for line in lines if "chosen" in line] == [
+        "  1.0000  5 pairs of Taubin steps (15.0 standard errors behind, chosen)"
+    ]
+    assert "  1.0000  nothing (best)" in lines

@@ -184,14 +184,15 @@ def _kind(values: dict[str, Any]) -> str:
 
 
 def _setting_lines(values: dict[str, Any]) -> list[str]:
-    """Lines with the errors of the best settings, and of the first setting tried, which filters nothing."""
+    """Lines with the errors of the best settings, of the chosen one, and of the first setting tried, which filters nothing."""
     tried = values.get("tried", [])
     if not tried:
         return []
-    best = sorted(tried, key=lambda trial: trial["excess"])[:_SHOWN]
+    best = sorted(tried, key=lambda trial: trial["excess"])
+    shown = [trial for k, trial in enumerate(best) if k < _SHOWN or trial["chosen"] or trial is tried[0]]
     criterion = "by their effect on the noise" if values["shape"] == "correlated" else "on held-out vertices"
     lines = [f"{len(tried)} settings that were not ruled out early were compared {criterion}; the errors in mean edges are:"]
-    for trial in best if tried[0] in best else [*best, tried[0]]:
+    for trial in shown:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
         steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps
@@ -214,11 +215,10 @@ def _smoother_lines(values: dict[str, Any]) -> list[str]:
     for trial in sorted(compared, key=lambda trial: trial["error"]):
         name, amount = _SMOOTHERS[trial["smoother"]]
         words = f" {amount.format(trial['amount'])}" if amount else ""
-        lines.append(f"  {trial['error']:.4f}  {name}{words} ({_behind(trial)}{', chosen' if trial['chosen'] else ''})")
+        lines.append(f"  {trial['error']:.4f}  {name}{words} ({_behind(trial)})")
     return lines
 
 
 def _behind(trial: dict[str, Any]) -> str:
-    if not trial["excess"]:
-        return "best"
-    return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"
+    behind = f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["uncertainty"] else "behind"
+    return (behind if trial["excess"] else "best") + (", chosen" if trial["chosen"] else "")

@@ -117,7 +117,7 @@ class PlyFile:
             raise ContentsError(f"it has {others[0].count:,} rows of element {others[0].name!r}; {words}")
 
     def write(self, target: Path, count: int, marks: Marks, size: int, *, added: tuple[str, ...]) -> None:
-        """Writes the `count` vertices that `marks` keep; properties in `added` get new values, in place of integers as double."""
+        """Writes the `count` vertices that `marks` keep; properties in `added` get new values, and integer ones become double."""
         whole = [p for p in self.vertices.element.properties if p.name in added and KINDS[p.type][0] != "f"]
         old = [replace(p, type="double") if p in whole else p for p in self.vertices.element.properties]
         new = [PlyProperty(name, "double") for name in added if name not in (self.vertices.dtype.names or ())]
@@ -228,7 +228,7 @@ class LasCloud:
         with opened(self.path) as reader:
             header, records = header_of(reader.header, reader.evlrs)
         for name in added:
-            if not is_declared(header, name, np.array([1 / 3])):  # removes a dimension of integers
+            if not is_declared(header, name, np.array([1 / 3])):  # it also removes a dimension `name` that holds integers
                 header.add_extra_dim(laspy.ExtraBytesParams(name, "float64"))
         with opened(self.path) as reader, target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
@@ -257,7 +257,7 @@ class E57Cloud:
 
     @property
     def row(self) -> int:
-        """Returns about the bytes of a point in the rewritten file and the output together."""
+        """Returns roughly how many bytes a point takes in the rewritten file and the output together."""
         attributes = next(e57_pieces(self.path, 1000)).vertex_attributes.values()
         return 2 * (24 + sum(values.itemsize * math.prod(values.shape[1:]) for values in attributes))
 

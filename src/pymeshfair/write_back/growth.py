@@ -3,7 +3,7 @@
 Subdivision makes vertices and faces; merging coincident vertices joins the corners of faces. So one face, the seed, is cut out
 and subdivided into enough faces, and these faces are cut apart. Each vertex that is to become vertex i moves to (i, 0, 0), and
 coincident vertices are merged into the one of lowest index. Surplus vertices move to vertex 0, where their faces vanish.
-The mesh keeps its id, the order of its elements and all attributes that `grow` does not name.
+The mesh keeps its id, the order of its elements, and all attributes but normals and those that `grow` names.
 """
 
 from typing import Any
@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # Only vertices made by subdivision become new vertices: merging keeps the lowest index, those made by cutting have higher.
+    # New vertices are made by subdivision: vertices made by cutting have higher indices, and merging keeps the lowest index.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
@@ -115,7 +115,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Up to six vertices are not used, the corners of the seed before and after subdivision, nor two in three of the others.
+        # Not used: the three corners of the seed before and those after subdivision, and two thirds of the other vertices.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
