@@ -152,7 +152,7 @@ class _Reader:
         for entry in archive.infolist():
             name = entry.filename
             if name in self.parts or name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
-                raise ContentsError(f"its part {quoted(name)} is there twice, or has a name that is not allowed")
+                raise ContentsError(f"its part {quoted(name)} is there twice, or its name is not allowed")
             if not entry.is_dir():
                 self.parts[name] = entry
                 self.used |= {name} if name.endswith((".rels", "[Content_Types].xml")) else set()

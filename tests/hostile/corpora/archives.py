@@ -107,10 +107,10 @@ ROWS = (
     (
         "dupname.3mf",
         _archive(_PARTS + _PARTS[2:]),
-        "its part '3D/3dmodel.model' is there twice, or has a name that is not allowed",
+        "its part '3D/3dmodel.model' is there twice, or its name is not allowed",
     ),
-    ("abs.3mf", _archive([*_PARTS, ("/etc/x", "a")]), "its part '/etc/x' is there twice, or has a name that is not allowed"),
-    ("back.3mf", _archive([*_PARTS, ("..\\x", "a")]), "its part '..\\\\x' is there twice, or has a name that is not allowed"),
+    ("abs.3mf", _archive([*_PARTS, ("/etc/x", "a")]), "its part '/etc/x' is there twice, or its name is not allowed"),
+    ("back.3mf", _archive([*_PARTS, ("..\\x", "a")]), "its part '..\\\\x' is there twice, or its name is not allowed"),
     ("manyfiles.3mf", _archive(_PARTS + [(f"f{k}", "") for k in range(70000)]), "it holds 70,003 parts; 10,000 are the most"),
     (
         "enc.3mf",
