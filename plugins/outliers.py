@@ -81,8 +81,8 @@ def compute_selection_by_stray_points_per_vertex(
         neighbors: The number of nearest points that measure the local density. More points bridge wider gaps and take longer.
         sparseness: Points whose neighbours are farther than this many times the median distance are usually selected. Larger
             keeps sparser parts of a scan, but also more of the hazes.
-        smallest_part: Isolated clumps of fewer points than this are selected, also clumps that fill space with fewer than three
-            times as many. Larger selects larger clumps.
+        smallest_part: Isolated clumps of fewer points than this are selected. For clumps that fill space the limit is three times
+            this number. Larger selects larger clumps.
         clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
     """
     if clouds_only and len(layer.faces):

@@ -98,9 +98,9 @@ def setting_by_balls(
     """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if that of `choice` leaves no shared noise.
 
     `choice`, made with held-out vertices, leaves such noise if four things hold. More than half of the vertices are scored. It
-    predicts balls worse by more than two standard errors. The median angle between adjacent faces of its result is over 7 times
-    that of the new result. The two results differ evenly: the ratio of deciles of their local differences is below 1.2 times
-    that of smoothed white noise.
+    predicts balls worse by more than two standard errors. It leaves a median angle between adjacent faces of over 7 times that
+    of the setting that predicts balls best. The two results differ evenly: the ratio of deciles of their local differences is
+    below 1.2 times that of smoothed white noise.
     """
     pairs, _ = face_adjacency(scan.faces)
 

@@ -54,14 +54,14 @@ def explicit_smoothing(
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
-            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. `step` is not used, and negative cotangents
-            are kept.
+            the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. `step` is not used. Negative cotangents are
+            kept, but a vertex stays if its w_ij sum to 0 or less.
         whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If a part keeps the whole's order, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Fixed vertices keep every bit: those without a face, those not `movable`, those on a fixed border.
+        (n, 3) float64. Fixed vertices keep every bit: those without a face (not in clouds), not `movable`, or on a fixed border.
         Deterministic, for any number of threads.
 
     Raises:

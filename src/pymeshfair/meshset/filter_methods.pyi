@@ -3834,8 +3834,8 @@ class FilterMethods(metaclass=LateMethods):
                 longer. Takes a whole number of at least 1.
             sparseness: Points whose neighbours are farther than this many times the median distance are usually selected.
                 Larger keeps sparser parts of a scan, but also more of the hazes. Takes a number of at least 1.
-            smallest_part: Isolated clumps of fewer points than this are selected, also clumps that fill space with fewer than
-                three times as many. Larger selects larger clumps. Takes a whole number of at least 1.
+            smallest_part: Isolated clumps of fewer points than this are selected. For clumps that fill space the limit is three
+                times this number. Larger selects larger clumps. Takes a whole number of at least 1.
             clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
 
         Returns:

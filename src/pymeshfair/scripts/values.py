@@ -75,7 +75,7 @@ def parsed(text: str) -> float | None:
 
 
 def number_text(number: float) -> str:
-    """The shortest text that reads back as the same number: 0.1, 10, 1e-05."""
+    """The text with the fewest digits that reads back as the same number: 0.1, 10, 1e-05."""
     return repr(float(number)).removesuffix(".0")
 
 

@@ -30,7 +30,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks all but the first point of each place or cell; `buckets` are pairs of a bucket and its first row in `results`."""
+    """Marks all but the first point of each place or cell; `buckets` are pairs of a first row in `results` and a bucket."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
