@@ -57,7 +57,7 @@ def coloured(path: Path) -> Any:
 
 
 def test_colours_that_a_step_changed(tmp_path: Path) -> None:
-    """Points that keep their colour keep its 16 bits; others get the level; a format without colours gets dimensions for them."""
+    """Points that keep their colour keep its 16 bits; others get the level; a format without colours becomes one with them."""
     source = coloured(tmp_path / "a.las")
     mesh = read_file(tmp_path / "a.las").mesh
     levels = np.array(mesh.vertex_attributes["colors"])
@@ -73,7 +73,9 @@ def test_colours_that_a_step_changed(tmp_path: Path) -> None:
     assert save(plain.with_attributes({"colors": colors}), tmp_path / "d.las") == ()
     again = read_file(tmp_path / "d.las").mesh
     np.testing.assert_array_equal(again.vertex_attributes["colors"], colors)
-    assert "amplitude" in again.vertex_attributes
+    assert laspy.read(tmp_path / "d.las").point_format.id == 3
+    for name in plain.vertex_attributes:
+        np.testing.assert_array_equal(again.vertex_attributes[name], plain.vertex_attributes[name])
 
 
 def test_a_mesh_of_no_file(tmp_path: Path) -> None:
