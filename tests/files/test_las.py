@@ -121,6 +121,18 @@ def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again["user_data"], attributes["user_data"])
 
 
+def test_attributes_with_the_names_of_coordinates_are_no_coordinates(tmp_path: Path) -> None:
+    """They get dimensions of their own, and the points stay where they are."""
+    values = np.arange(50)
+    names = ("X", "y", "bit_fields", "classification_flags")
+    mesh = MeshData(vertices=np.random.default_rng(3).random((50, 3)), vertex_attributes=dict.fromkeys(names, values))
+    save(mesh, tmp_path / "a.las", resolution=0.02)
+    again = read_file(tmp_path / "a.las").mesh
+    assert np.abs(again.vertices - mesh.vertices).max() <= 1e-3 * 0.02
+    for name in names:
+        np.testing.assert_array_equal(again.vertex_attributes[f"{name}_"], values)
+
+
 def test_moved_points_get_a_finer_step_where_they_need_one(tmp_path: Path) -> None:
     """The scale of the file stays if it moves no point by a share of the distance of points that shows."""
     scan(tmp_path / "a.las", form=6)

@@ -284,10 +284,11 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
     import laspy
 
     standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
+    reserved = {*_PLACE, *"xyz", *(set(header.point_format.dtype().names) - {d.name for d in header.point_format.dimensions})}
     stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = ranges.get(name, (0.0, 0.0, True))
-        stored_name = name
+        stored_name = f"{name}_" if name in reserved else name
         if name in standard and standard[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
                 notes.append("its intensity from 0 to 1 is stored as whole numbers from 0 to 65535")
