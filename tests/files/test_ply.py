@@ -486,10 +486,11 @@ def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:
     assert "polygon" not in textured.face_attributes
 
 
-def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path) -> None:
-    """Vertices of 16-bit colours whose numbers are up to 255 are nearly black, also without the others."""
-    properties = [*PLACE, *(("ushort", color) for color in ("red", "green", "blue"))]
-    rows = [[k, 0, 0, level, level, level] for k, level in enumerate((200, 100, 60000))]
+@pytest.mark.parametrize(("type_", "levels"), [("ushort", (200, 100, 60000)), ("float", (1, 0, 255))])
+def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path, type_: str, levels: tuple[int, ...]) -> None:
+    """Vertices whose numbers are small in the range of the file are nearly black, also without the others."""
+    properties = [*PLACE, *((type_, color) for color in ("red", "green", "blue"))]
+    rows = [[k, 0, 0, level, level, level] for k, level in enumerate(levels)]
     mesh = read(tmp_path, ply_file([Element("vertex", properties, rows)]))
     again = read(tmp_path, written(mesh.part(np.array([True, True, False]))), "again.ply")
     np.testing.assert_array_equal(again.vertex_attributes["colors"], mesh.vertex_attributes["colors"][:2])

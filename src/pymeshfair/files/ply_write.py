@@ -244,8 +244,9 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
         kept = Table(replace(table.element, count=len(colors)), former)
         if are_equal(ply.colors_of(kept), colors):  # dark colours alone may be read in another range
             return former
-    columns = dict(zip(names, colors.T, strict=False))
-    return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
+    columns, is_dark = dict(zip(names, colors.T, strict=False)), colors[:, :3].max(initial=0) <= 1  # read as shares, if floats
+    tops = {name: 1.0 if is_dark and c.dtype.kind == "f" else ply.top_level(table, name) for name, c in former.items()}
+    return {name: c / 255.0 * tops[name] if name in tops else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
