@@ -21,6 +21,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import header_bytes, parse_header
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.polygons import triangulated
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import BONE, RANGE_MAP, SAMPLES
@@ -388,6 +389,17 @@ def test_edges_that_are_left_out_are_counted(tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(data)
     words = "left out: 1 vertex with a coordinate that is not finite, and 0 faces and 2 edges with such a vertex"
     assert read_file(tmp_path / "a.ply").doubts == (words,)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "quad", "strip"])
+def test_faces_that_are_turned_over_are_written_so(tmp_path: Path, kind: str) -> None:
+    """Faces with the corners that they had, in another order, are not those of the file."""
+    rows = {"triangles": [[[0, 1, 2]], [[0, 2, 3]]], "quad": [[[0, 1, 2, 3]]], "strip": [[[0, 1, 3, 2]]]}[kind]
+    element = Element("tristrips" if kind == "strip" else "face", [("list int int", "vertex_indices")], rows)
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), element]))
+    turned = replace(mesh, faces=mesh.faces[:, ::-1])
+    again = read(tmp_path, written(turned), "again.ply")
+    np.testing.assert_array_equal(face_normals(again.vertices, again.faces), -face_normals(mesh.vertices, mesh.faces))
 
 
 def test_deleted_faces_of_a_strip_are_gone(tmp_path: Path) -> None:

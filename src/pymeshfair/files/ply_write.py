@@ -93,7 +93,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
 def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
-    unchanged = mesh.face_ids is None and mesh.vertex_ids is None
+    unchanged = mesh.face_ids is None and mesh.vertex_ids is None and are_equal(mesh.faces, document.faces)
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
             return table
