@@ -242,7 +242,7 @@ class Session:
             # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
-            if (before.measures.volume or 0.0) > 0.0 > (after.measures.volume or 0.0):
+            if change.turned is not None and (before.measures.volume or 0.0) > 0.0 > (after.measures.volume or 0.0):
                 self._warn("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
