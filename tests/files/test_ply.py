@@ -402,6 +402,21 @@ def test_faces_that_are_turned_over_are_written_so(tmp_path: Path, kind: str) ->
     np.testing.assert_array_equal(face_normals(again.vertices, again.faces), -face_normals(mesh.vertices, mesh.faces))
 
 
+def test_textures_that_steps_give_and_take_are_those_of_the_file(tmp_path: Path) -> None:
+    """A file without textures gets two, and of two one is left, with the numbers of its faces."""
+    faces = Element("face", [("list uchar int", "vertex_indices")], [[[0, 1, 2]], [[0, 2, 3]]])
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), faces]))
+    both, one = (tuple(Texture(name, None) for name in names) for names in (("a.png", "b c.png"), ("d.png",)))
+    of_faces: dict[str, Any] = {"wedge_texture_coordinates": np.zeros((2, 3, 2)), "texture": np.array([0, 1], np.int32)}
+    painted = read(tmp_path, written(replace(mesh.with_attributes(face=of_faces), textures=both)), "painted.ply")
+    assert painted.textures == both
+    assert painted.face_attributes["texture"].tolist() == [0, 1]
+    left = replace(painted.with_attributes(face={"texture": np.zeros(2, np.int32)}), textures=one)
+    again = read(tmp_path, written(left), "again.ply")
+    assert again.textures == one
+    assert again.face_attributes["texture"].tolist() == [0, 0]
+
+
 def test_deleted_faces_of_a_strip_are_gone(tmp_path: Path) -> None:
     """A mesh of triangle strips that loses all faces is written as a cloud."""
     strip = Element("tristrips", [("list int int", "vertex_indices")], [[[0, 1, 2, 3]]])
