@@ -105,3 +105,43 @@ def test_scans_without_colours_beside_others_are_named(tmp_path: Path) -> None:
         file.write_scan_raw(places | colors)
         file.write_scan_raw(places)
     assert read_file(tmp_path / "in.e57").doubts == ("1 of its 2 scans have no colours, and are white",)
+
+
+def written(path: Path, fields: dict[str, Any], turn: tuple[float, ...]) -> None:
+    """A scan of any fields, among them those of the extension for normals, turned by a quaternion."""
+    from pye57 import libe57
+
+    with pye57.E57(str(path), mode="w") as file:
+        image = file.image_file
+        image.extensionsAdd("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
+        nodes = {name: libe57.StructureNode(image) for name in ("scan", "pose", "rotation", "translation", "prototype")}
+        for name, number in zip("wxyz", turn, strict=True):
+            nodes["rotation"].set(name, libe57.FloatNode(image, number))
+        for name in "xyz":
+            nodes["translation"].set(name, libe57.FloatNode(image, 1.0))
+        nodes["scan"].set("pose", nodes["pose"])
+        for name in ("rotation", "translation"):
+            nodes["pose"].set(name, nodes[name])
+        buffers = libe57.VectorSourceDestBuffer()
+        for name, values in fields.items():
+            nodes["prototype"].set(name, libe57.FloatNode(image, 0.0, libe57.E57_DOUBLE))
+            buffers.append(libe57.SourceDestBuffer(image, name, values, len(values), True, True))
+        points = libe57.CompressedVectorNode(image, nodes["prototype"], libe57.VectorNode(image, True))
+        nodes["scan"].set("guid", libe57.StringNode(image, "a"))
+        nodes["scan"].set("points", points)
+        file.data3d.append(nodes["scan"])
+        writer = points.writer(buffers)
+        writer.write(len(values))
+        writer.close()
+
+
+def test_normals_turn_with_their_scan_and_single_colours_stay(tmp_path: Path) -> None:
+    """Normals lie as the pose of the scan turns them; one channel of a colour is an attribute by its name."""
+    fields = {f"cartesian{axis}": np.arange(3.0) for axis in "XYZ"} | {"colorRed": np.array([7.0, 8.0, 9.0])}
+    fields |= {f"nor:normal{axis}": np.full(3, float(axis == "X")) for axis in "XYZ"}
+    written(tmp_path / "in.e57", fields, (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
+    mesh = read_file(tmp_path / "in.e57").mesh
+    np.testing.assert_allclose(mesh.vertices[2], [-1.0, 3.0, 3.0], atol=1e-12)
+    np.testing.assert_allclose(mesh.vertex_attributes["normals"], np.tile([0.0, 1.0, 0.0], (3, 1)), atol=1e-12)
+    assert mesh.vertex_attributes["colorRed"].tolist() == [7, 8, 9]
+    assert mesh.vertex_attributes.keys() == {"normals", "colorRed"}

@@ -57,7 +57,7 @@ def coloured(path: Path) -> Any:
 
 
 def test_colours_that_a_step_changed(tmp_path: Path) -> None:
-    """Points that keep their colour keep its 16 bits; others get the level; a format without colours gets dimensions for them."""
+    """Points that keep their colour keep its 16 bits; others get the level; a format without colours becomes one with them."""
     source = coloured(tmp_path / "a.las")
     mesh = read_file(tmp_path / "a.las").mesh
     levels = np.array(mesh.vertex_attributes["colors"])
@@ -73,7 +73,9 @@ def test_colours_that_a_step_changed(tmp_path: Path) -> None:
     assert save(plain.with_attributes({"colors": colors}), tmp_path / "d.las") == ()
     again = read_file(tmp_path / "d.las").mesh
     np.testing.assert_array_equal(again.vertex_attributes["colors"], colors)
-    assert "amplitude" in again.vertex_attributes
+    assert laspy.read(tmp_path / "d.las").point_format.id == 3
+    for name in plain.vertex_attributes:
+        np.testing.assert_array_equal(again.vertex_attributes[name], plain.vertex_attributes[name])
 
 
 def test_a_mesh_of_no_file(tmp_path: Path) -> None:
@@ -117,6 +119,18 @@ def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again["intensity"], np.rint(attributes["intensity"] * 65535))
     np.testing.assert_array_equal(again["classification_"], attributes["classification"])
     np.testing.assert_array_equal(again["user_data"], attributes["user_data"])
+
+
+def test_attributes_with_the_names_of_coordinates_are_no_coordinates(tmp_path: Path) -> None:
+    """They get dimensions of their own, and the points stay where they are."""
+    values = np.arange(50)
+    names = ("X", "y", "bit_fields", "classification_flags")
+    mesh = MeshData(vertices=np.random.default_rng(3).random((50, 3)), vertex_attributes=dict.fromkeys(names, values))
+    save(mesh, tmp_path / "a.las", resolution=0.02)
+    again = read_file(tmp_path / "a.las").mesh
+    assert np.abs(again.vertices - mesh.vertices).max() <= 1e-3 * 0.02
+    for name in names:
+        np.testing.assert_array_equal(again.vertex_attributes[f"{name}_"], values)
 
 
 def test_moved_points_get_a_finer_step_where_they_need_one(tmp_path: Path) -> None:

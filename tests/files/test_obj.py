@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -315,6 +316,34 @@ def test_colours_in_levels_are_painted(tmp_path: Path) -> None:
     colors[0] = 128, 64, 32, 255
     save(mesh.with_attributes({"colors": colors}), tmp_path / "b.obj")
     np.testing.assert_array_equal(read_file(tmp_path / "b.obj").mesh.vertex_attributes["colors"], colors)
+
+
+def test_a_texture_in_place_of_another_is_named(tmp_path: Path) -> None:
+    """The new texture is that of the faces, and the material file names the former one no more."""
+    for folder in ("in", "out"):
+        (tmp_path / folder).mkdir()
+    shutil.copy(IMAGE, tmp_path / "in" / "t.png")
+    (tmp_path / "in" / "a.mtl").write_text("newmtl a\nmap_Kd t.png\n")
+    mesh = read(tmp_path / "in" / "a.obj", f"mtllib a.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n")
+    assert save(replace(mesh, textures=(Texture("new.png", IMAGE),)), tmp_path / "out" / "a.obj") == ()
+    again = read_file(tmp_path / "out" / "a.obj").mesh
+    assert again.textures == (Texture("new.png", tmp_path / "out" / "new.png"),)
+    assert again.face_attributes["texture"].tolist() == [0]
+
+
+def test_coordinates_of_vertices_that_a_step_gives_are_written(tmp_path: Path) -> None:
+    """A file without texture coordinates gets those of its vertices."""
+    mesh = read(tmp_path / "a.obj", f"{SQUARE}f 1 2 3\n")
+    save(mesh.with_attributes({"texture_coordinates": np.arange(8.0).reshape(4, 2)}), tmp_path / "b.obj")
+    wedges = read_file(tmp_path / "b.obj").mesh.face_attributes["wedge_texture_coordinates"]
+    assert wedges.tolist() == [[[0, 1], [2, 3], [4, 5]]]
+
+
+def test_a_cloud_gets_faces(tmp_path: Path) -> None:
+    """Faces that a step gives to the points of a file are written."""
+    mesh = read(tmp_path / "a.obj", SQUARE)
+    save(replace(mesh, faces=np.array([[0, 1, 2]], np.int32), face_ids=np.array([-1])), tmp_path / "b.obj")
+    assert read_file(tmp_path / "b.obj").mesh.faces.tolist() == [[0, 1, 2]]
 
 
 def test_a_texture_on_coordinates_of_vertices_is_named(tmp_path: Path) -> None:

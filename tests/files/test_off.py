@@ -78,3 +78,10 @@ def test_polygons_stay_whole(tmp_path: Path) -> None:
     lines = (tmp_path / "b.off").read_text().splitlines()
     assert sorted(lines[7].split()[1:5]) == ["0", "1", "2", "3"]
     assert lines[8:] == ["3 0 1 4 51 102 255 128", "2 1 4"]
+
+
+def test_colours_of_edges_are_named(tmp_path: Path) -> None:
+    """A face of two vertices is an edge, which has no colour."""
+    mesh = read(tmp_path / "a.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n2 0 1 255 0 0\n")
+    assert mesh.source is not None
+    assert mesh.source.extras == ("colours of edges",)

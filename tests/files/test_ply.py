@@ -21,6 +21,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import header_bytes, parse_header
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.polygons import triangulated
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import BONE, RANGE_MAP, SAMPLES
@@ -390,6 +391,32 @@ def test_edges_that_are_left_out_are_counted(tmp_path: Path) -> None:
     assert read_file(tmp_path / "a.ply").doubts == (words,)
 
 
+@pytest.mark.parametrize("kind", ["triangles", "quad", "strip"])
+def test_faces_that_are_turned_over_are_written_so(tmp_path: Path, kind: str) -> None:
+    """Faces with the corners that they had, in another order, are not those of the file."""
+    rows = {"triangles": [[[0, 1, 2]], [[0, 2, 3]]], "quad": [[[0, 1, 2, 3]]], "strip": [[[0, 1, 3, 2]]]}[kind]
+    element = Element("tristrips" if kind == "strip" else "face", [("list int int", "vertex_indices")], rows)
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), element]))
+    turned = replace(mesh, faces=mesh.faces[:, ::-1])
+    again = read(tmp_path, written(turned), "again.ply")
+    np.testing.assert_array_equal(face_normals(again.vertices, again.faces), -face_normals(mesh.vertices, mesh.faces))
+
+
+def test_textures_that_steps_give_and_take_are_those_of_the_file(tmp_path: Path) -> None:
+    """A file without textures gets two, and of two one is left, with the numbers of its faces."""
+    faces = Element("face", [("list uchar int", "vertex_indices")], [[[0, 1, 2]], [[0, 2, 3]]])
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), faces]))
+    both, one = (tuple(Texture(name, None) for name in names) for names in (("a.png", "b c.png"), ("d.png",)))
+    of_faces: dict[str, Any] = {"wedge_texture_coordinates": np.zeros((2, 3, 2)), "texture": np.array([0, 1], np.int32)}
+    painted = read(tmp_path, written(replace(mesh.with_attributes(face=of_faces), textures=both)), "painted.ply")
+    assert painted.textures == both
+    assert painted.face_attributes["texture"].tolist() == [0, 1]
+    left = replace(painted.with_attributes(face={"texture": np.zeros(2, np.int32)}), textures=one)
+    again = read(tmp_path, written(left), "again.ply")
+    assert again.textures == one
+    assert again.face_attributes["texture"].tolist() == [0, 0]
+
+
 def test_deleted_faces_of_a_strip_are_gone(tmp_path: Path) -> None:
     """A mesh of triangle strips that loses all faces is written as a cloud."""
     strip = Element("tristrips", [("list int int", "vertex_indices")], [[[0, 1, 2, 3]]])
@@ -486,10 +513,11 @@ def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:
     assert "polygon" not in textured.face_attributes
 
 
-def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path) -> None:
-    """Vertices of 16-bit colours whose numbers are up to 255 are nearly black, also without the others."""
-    properties = [*PLACE, *(("ushort", color) for color in ("red", "green", "blue"))]
-    rows = [[k, 0, 0, level, level, level] for k, level in enumerate((200, 100, 60000))]
+@pytest.mark.parametrize(("type_", "levels"), [("ushort", (200, 100, 60000)), ("float", (1, 0, 255))])
+def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path, type_: str, levels: tuple[int, ...]) -> None:
+    """Vertices whose numbers are small in the range of the file are nearly black, also without the others."""
+    properties = [*PLACE, *((type_, color) for color in ("red", "green", "blue"))]
+    rows = [[k, 0, 0, level, level, level] for k, level in enumerate(levels)]
     mesh = read(tmp_path, ply_file([Element("vertex", properties, rows)]))
     again = read(tmp_path, written(mesh.part(np.array([True, True, False]))), "again.ply")
     np.testing.assert_array_equal(again.vertex_attributes["colors"], mesh.vertex_attributes["colors"][:2])

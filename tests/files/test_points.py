@@ -39,6 +39,8 @@ TEXTS: tuple[tuple[str, str, dict[str, list[Any]]], ...] = (
     ),
     ("a.xyz", "//X Y Z R G B\n2\n1.5 2.0 3.0 4 5 6\n4.5 5.0 6.0 7 8 9\n", {"colors": [[4, 5, 6, 255], [7, 8, 9, 255]]}),
     ("a.asc", "# x y z intensity\n1.5 2.0 3.0 0.5\n4.5 5.0 6.0 0.25\n", {"intensity": [0.5, 0.25]}),
+    ("a.xyz", "1.5 2.0 3.0 0 0 0\n4.5 5.0 6.0 0 0 0\n", {"colors": [[0, 0, 0, 255], [0, 0, 0, 255]]}),
+    ("a.xyz", "1.5 2.0 3.0 0 1 1\n4.5 5.0 6.0 0 0 0\n", {"colors": [[0, 1, 1, 255], [0, 0, 0, 255]]}),
     # numbers of no length near 1 are no normals
     (
         "a.xyz",
@@ -78,6 +80,13 @@ def test_columns_are_kept(tmp_path: Path, name: str, text: str, attributes: dict
     half = mesh.part(np.array([False, True]))
     save(half, tmp_path / "out" / f"half-{name}")
     assert_same(read_file(tmp_path / "out" / f"half-{name}").mesh, half)
+
+
+def test_booleans_are_written_as_numbers(tmp_path: Path) -> None:
+    """A column that a program replaces by booleans holds 1 and 0."""
+    mesh = read(tmp_path / "a.xyz", "x y z flag\n1.5 2.0 3.0 7\n4.5 5.0 6.0 7\n")
+    save(mesh.with_attributes({"flag": np.array([True, False])}), tmp_path / "b.xyz")
+    assert (tmp_path / "b.xyz").read_text() == "x y z flag\n1.5 2.0 3.0 1\n4.5 5.0 6.0 0\n"
 
 
 def test_numbers_whose_squares_overflow_are_no_normals(tmp_path: Path) -> None:

@@ -118,3 +118,19 @@ def test_a_text_becomes_binary(tmp_path: Path) -> None:
     mesh = read(tmp_path / "c.stl", text_of(sphere()).replace("solid ball", "solid solid"))
     save(mesh, tmp_path / "d.stl")
     assert not (tmp_path / "d.stl").read_bytes().startswith(b"solid")
+
+
+def test_a_backslash_ends_the_name_of_a_solid(tmp_path: Path) -> None:
+    """The next line stays a line of its own."""
+    mesh = read(tmp_path / "a.stl", text_of(sphere()).replace("ball", "C:\\scans\\", 1))
+    assert len(mesh.faces) == 80
+    assert mesh.source is not None
+    assert mesh.source.extras == ("its head 'C:\\\\scans\\\\'",)
+
+
+@pytest.mark.parametrize("name", ["solid part", 90 * "x"])
+def test_a_head_that_no_binary_file_can_have_is_named(tmp_path: Path, name: str) -> None:
+    """A name that makes a binary file look like a text, or that is too long for one, is left out with a note."""
+    mesh = read(tmp_path / "a.stl", text_of(sphere()).replace("ball", name, 1))
+    assert save(mesh, tmp_path / "b.stl") == (f"b.stl does not hold these contents of a.stl: its head {name[:60]!r}",)
+    assert read_file(tmp_path / "b.stl").mesh.source is not None

@@ -366,6 +366,14 @@ def test_layers_and_matrices_are_not_lost_in_silence(tmp_path: Path) -> None:
     np.testing.assert_allclose(moved, np.tile([1.0, 0, 0], (1872, 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize(("freeze", "words"), [(False, "turns all faces over, as it mirrors"), (True, "is inside out")])
+def test_a_mirror_that_turns_faces_over_is_named(tmp_path: Path, *, freeze: bool, words: str) -> None:
+    """A matrix that mirrors turns the faces over, whether it stays on the layer or a step applies it."""
+    (tmp_path / "in.ply").write_bytes(ply_bytes(xyz(TETRAHEDRON[0])))
+    mirror: Given = ("compute_matrix_from_scaling_or_normalization", {"axisx": -1.0, "uniformflag": False, "freeze": freeze})
+    assert any(words in text for text in session_report(tmp_path / "in.ply", tmp_path / "out.ply", mirror)["warnings"])
+
+
 def test_what_the_steps_take_away_is_named(tmp_path: Path, everything: Path) -> None:
     """Remeshing drops colours, scalars and texture coordinates in silence; the run says which."""
     report = session_report(everything, tmp_path / "out.ply", ("generate_resampled_uniform_mesh", {"cellsize": "10%"}))

@@ -16,7 +16,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
-from pymeshfair.tiles.sources import LasCloud
+from pymeshfair.tiles.sources import E57Cloud, LasCloud
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
 from tests.files.round_trips import save
@@ -167,6 +167,16 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
     """Both scans of an E57 file, placed, without what was not measured, with all fields: the PLY file of a run in one piece."""
     cleaned_both_ways(tmp_path, "ply", "points at which nothing was measured are left out")
     assert (tmp_path / "whole.ply").read_bytes() == (tmp_path / "tiled.ply").read_bytes()
+
+
+def test_an_e57_file_that_begins_without_a_measured_point(tmp_path: Path) -> None:
+    """It is rewritten with one header, though its first pieces have no point."""
+    pye57 = pytest.importorskip("pye57")
+    with pye57.E57(str(tmp_path / "in.e57"), mode="w") as file:
+        places = {f"cartesian{axis}": np.arange(9.0) for axis in "XYZ"}
+        file.write_scan_raw(places | {"cartesianInvalidState": np.array([1, 1, 1, 1, 1, 0, 0, 0, 0], np.int8)})
+    E57Cloud(tmp_path / "in.e57").rewrite(tmp_path / "a.ply", 2, tmp_path / "out.ply")
+    assert read_file(tmp_path / "a.ply").mesh.vertices[:, 0].tolist() == [5, 6, 7, 8]
 
 
 @pytest.mark.parametrize("extension", ["ply", "laz"])

@@ -20,6 +20,7 @@ from .inputs import Reading, References
 _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOR = ("colorRed", "colorGreen", "colorBlue")
+_NORMAL = ("nor:normalX", "nor:normalY", "nor:normalZ")
 #: fields that mark unmeasured points by values other than 0
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 #: the attribute with the scan number of each point, in a file of several scans
@@ -66,15 +67,17 @@ class _Survey:
             raise ContentsError("it holds no points")
         self.declared = sum(int(header.point_count) for header in self.headers)
         self._kinds = [_kinds(header) for header in self.headers]
-        standard = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
+        bare = sum(not set(_COLOR) <= kinds.keys() for kinds in self._kinds)
+        self._colored = bare < len(self._kinds)
+        self._has_normals = any(set(_NORMAL) <= kinds.keys() for kinds in self._kinds)
+        standard = (*_PLACE, *_SPHERE, *_INVALID, *(_COLOR if self._colored else ()))
         names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
+        single = [name for name in names if not (self._has_normals and name in _NORMAL)]
         #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
-        self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names}
+        self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in single}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"of its {len(self.headers):,} scans have no"
         self.doubts = tuple(f"{n:,} {scans} field {name!r}, which is 0 there" for name, n in lacking.items() if n)
-        bare = sum(not set(_COLOR) <= kinds.keys() for kinds in self._kinds)
-        self._colored = bare < len(self._kinds)
         self.doubts += (f"{bare:,} {scans} colours, and are white",) if bare and self._colored else ()
 
     def pieces(self, size: int | None) -> Iterator[tuple[Floats, dict[str, Array]]]:
@@ -88,6 +91,9 @@ class _Survey:
                 if self._colored:
                     levels = _colors(header, fields)
                     attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
+                if self._has_normals:
+                    normals = np.stack([fields.get(name, np.zeros(len(places))) for name in _NORMAL], axis=1)
+                    attributes["normals"] = _turned(header, normals)
                 for name, is_whole in self._whole.items():
                     column = fields.get(name, np.zeros(len(places)))
                     key = name.replace(":", "_")
@@ -156,9 +162,11 @@ def _placed(header: Any, fields: dict[str, Array]) -> Floats:
         places = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
     else:
         raise ContentsError(f"one of its scans has points without coordinates; their fields are {', '.join(fields)}")
-    if not header.has_pose():
-        return places
-    return np.asarray(places @ np.asarray(header.rotation_matrix).T + np.asarray(header.translation))
+    return _turned(header, places) + (np.asarray(header.translation) if header.has_pose() else 0.0)
+
+
+def _turned(header: Any, vectors: Floats) -> Floats:
+    return vectors @ np.asarray(header.rotation_matrix).T if header.has_pose() else vectors
 
 
 def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:

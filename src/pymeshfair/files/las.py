@@ -29,6 +29,8 @@ NORMAL = ("NormalX", "NormalY", "NormalZ")
 _NUMBERS = ("scalars", "radii")  # attributes of `MeshData` that are stored in dimensions of the same names
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375  # bytes: the header of LAS 1.0, and the most that are read of a longer one
 _CHUNK = 1 << 20  # the number of points read or written at a time
+#: by a point format without colours, the one with the same fields and with colours
+_COLORED = {0: 2, 1: 3, 4: 5, 6: 7}
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
@@ -238,7 +240,12 @@ def _header(mesh: MeshData, document: LasDocument | None) -> tuple[Any, Any]:
         header.generating_software = "pymeshfair"
         header.creation_date = date(1980, 1, 1)  # fixed, for the same bytes on every day
         return header, None
-    return header_of(document.header, document.records)
+    header, records = header_of(document.header, document.records)
+    if "colors" in mesh.vertex_attributes and "red" not in header.point_format.dimension_names:
+        colored = laspy.PointFormat(_COLORED.get(header.point_format.id, header.point_format.id))
+        colored.dimensions.extend(header.point_format.extra_dimensions)
+        header.set_version_and_point_format(max(header.version, laspy.header.Version(1, 2)), colored)
+    return header, records
 
 
 def header_of(header: Any, records: Any) -> tuple[Any, Any]:
@@ -277,10 +284,11 @@ def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: 
     import laspy
 
     standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
+    reserved = {*_PLACE, *"xyz", *(set(header.point_format.dtype().names) - {d.name for d in header.point_format.dimensions})}
     stored: _Stored = {}
     for name, values in columns.items():
         least, most, whole = ranges.get(name, (0.0, 0.0, True))
-        stored_name = name
+        stored_name = f"{name}_" if name in reserved else name
         if name in standard and standard[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
             if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
                 notes.append("its intensity from 0 to 1 is stored as whole numbers from 0 to 65535")

@@ -104,11 +104,11 @@ class Materials:
         return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
 
     def text(self, names: Mapping[str, str]) -> bytes:
-        """The files joined into one, with images renamed by `names`."""
-        lines = list(self.lines)
+        """The files joined into one, with images renamed by `names`, and without textures that have no name there."""
+        lines, gone = list(self.lines), set(self.textures) - names.keys()
         for number, (before, name) in self.images.items():
-            if names.get(name, name) != name:
-                lines[number] = f"{before} {names[name]}"
+            if name in gone or names.get(name, name) != name:
+                lines[number] = "" if name in gone else f"{before} {names[name]}"
         return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
 
     def read(self, path: Path, mesh: Path) -> None:
@@ -478,6 +478,8 @@ def _patched_text(
         not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
         or not (np.array_equal(mesh.faces, former.faces) and np.array_equal(mesh.edges, former.edges))
         or not all(are_equal(mesh.face_attributes.get(name), former.face_attributes.get(name)) for name in _OF_FACES)
+        or ("texture_coordinates" in mesh.vertex_attributes and "wedge_texture_coordinates" not in mesh.face_attributes)
+        or [texture.name for texture in mesh.textures] != [texture.name for texture in former.textures]
         or mesh.keeps_normals != former.keeps_normals
         or (painted and (colors is None or document.width != (3 if before is None else 6)))
         or (line_normals := _line_normals(document, normals, of_corners)) is None
@@ -565,7 +567,10 @@ def _states_to_write(
         names = set(document.materials.named)
         ids = _with_neighbours(mesh.faces, source_ids(mesh.face_ids, len(looks)))
         states[ids >= 0] = document.states[ids[ids >= 0]]
-        states[(ids < 0) | (looks != _looks(document.mesh)[ids]).any(axis=1), -1] = -1
+        numbers = {texture.name: number for number, texture in enumerate(mesh.textures)}
+        former = np.append(_looks(document.mesh), [[-1] * 4], axis=0)[ids]
+        former[:, 0] = np.array([*(numbers.get(t.name, -2) for t in document.mesh.textures), -1])[former[:, 0]]
+        states[(looks != former).any(axis=1), -1] = -1
         texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
     new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
     firsts, kinds = numbered(looks[new])

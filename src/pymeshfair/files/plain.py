@@ -58,7 +58,7 @@ def read_stl(path: Path, references: References) -> Reading:
     elif b"\0" in data:
         raise ContentsError("it begins like a text, but is binary")
     else:
-        tokens = tokenise(joined(data))
+        tokens = tokenise(data.removeprefix(b"\xef\xbb\xbf"))  # a backslash at the end of a name joins no lines
         (corners, solids), doubts = _text_corners(tokens), unended(data)
         extras += [f"solids ({solids:,})"] if solids > 1 else []
         head = tokens.line(0).lstrip()[5:].strip()
@@ -66,12 +66,13 @@ def read_stl(path: Path, references: References) -> Reading:
     words = " ".join("".join(c if c.isprintable() else " " for c in head.decode(encoding)).split())
     if words and not words.startswith(_PLAIN):
         extras.insert(0, f"its head {words[:60]!r}")
+    is_kept = not others and solids == 1 and len(head) <= 80 and head[:5].lower() != b"solid"
     firsts, numbers = numbered(corners.reshape(-1, 3))
     mesh = MeshData(
         vertices=corners.reshape(-1, 3)[firsts],
         faces=numbers.astype(np.int32),
         face_attributes={} if colors is None else {"colors": colors},
-        source=Source(path, "stl", None if others or solids > 1 else head, tuple(extras)),
+        source=Source(path, "stl", head if is_kept else None, tuple(extras)),
     )
     return Reading(mesh, doubts)
 
@@ -123,8 +124,7 @@ def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Writes the faces of a mesh as a binary file, with the header of its source if that is an STL file."""
-    head = (mesh.document(bytes) or _HEAD)[:80]
-    head = _HEAD if head[:5].lower() == b"solid" else head
+    head = mesh.document(bytes) or _HEAD
     if not (m := len(mesh.faces)):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     rows = np.zeros(m, _ROW)
@@ -161,7 +161,7 @@ def read_off(path: Path, references: References) -> Reading:
         raise ContentsError(f"it begins with {quoted(keyword, 20)}, and not with OFF, COFF, NOFF, STOFF or their like")
     line, n, m = _declared(tokens)
     vertices, attributes = _vertices(tokens, np.arange(line, line + n), prefix)
-    faces, edges, face_attributes = _faces(tokens, np.arange(line + n, line + n + m), vertices)
+    faces, edges, face_attributes, extras = _faces(tokens, np.arange(line + n, line + n + m), vertices)
     mesh = MeshData(
         vertices=vertices,
         faces=faces,
@@ -169,7 +169,7 @@ def read_off(path: Path, references: References) -> Reading:
         vertex_attributes=attributes,
         face_attributes=face_attributes,
         keeps_normals="normals" in attributes and len(faces) > 0,
-        source=Source(path, "off", extras=("comments",) if b"#" in data else ()),
+        source=Source(path, "off", extras=(*extras, *(["comments"] if b"#" in data else []))),
     )
     return Reading(mesh, unended(data))
 
@@ -228,8 +228,8 @@ def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArr
     return colors
 
 
-def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, dict[str, Array]]:
-    """Returns the triangles, the edges (faces of two vertices), and attributes of triangles."""
+def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, dict[str, Array], list[str]]:
+    """Returns the triangles, the edges (faces of two vertices), attributes of triangles, and the names of other contents."""
     lengths, first = tokens.lengths[lines], tokens.first[lines]
     declared = tokens.values[first]
     whole = (tokens.kinds[first] == INTEGER) & (declared >= 2) & (declared <= lengths - 1)
@@ -256,7 +256,8 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
     corners_of_faces = corners[~of_edge]
     triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
     attributes = {"colors": colors[counts > 2][of_polygon]} if sizes[counts > 2].any() else {}
-    return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes | of_polygons
+    extras = ["colours of edges"] if sizes[counts == 2].any() else []
+    return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes | of_polygons, extras
 
 
 def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:

@@ -40,6 +40,7 @@ class PlyDocument:
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None
     polygon: Array | None = None  # (m,) the attribute of its triangles, or None
+    faces: Ints | None = None  # (m, 3) its triangles
 
     def custom(self, element: str) -> dict[str, Array]:
         """Returns, by name, the scalar properties of an element that are custom attributes."""
@@ -79,7 +80,7 @@ def read_ply(path: Path, references: References) -> Reading:
     row_of_face = None if isinstance(rows, slice) else rows
     wedges = attributes.get("wedge_texture_coordinates")
     polygon = attributes.get("polygon")
-    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges, polygon)
+    document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges, polygon, faces)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(
         vertices=vertices,

@@ -145,9 +145,10 @@ def _plain(type_: str) -> str:
     return _PLAIN_NAMES.get(type_, type_)
 
 
-def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
-    """Returns the header with only `elements`, their properties in the given order, and `textures` (new by old names) renamed."""
-    missing = {e.name: e for e in elements}
+def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Sequence[str] | None = None) -> bytes:
+    """Returns the header with only `elements`, their properties in the given order, and `textures` in place of its own."""
+    missing, count = {e.name: e for e in elements}, len(header.textures)
+    names, further = (list(header.textures), []) if textures is None else (list(textures[:count]), textures[count:])
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     end = "\n"
     lines: list[str] = []
@@ -156,7 +157,8 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
         words, end = new.split(), raw[len(raw.rstrip(b"\r\n")) :].decode()
         if words[:1] in (["element"], ["end_header"]):
             lines += [_declaration(p) + end for p in undeclared.values()]
-            undeclared = {}
+            lines += [f"comment TextureFile {name}{end}" for name in further]
+            undeclared, further = {}, []
         match words:
             case ["end_header"]:
                 break
@@ -171,9 +173,12 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Ma
                     same = _declaration(p).split() == ["property", *map(_plain, types), name]
                     lines.append((new if same else _declaration(p)) + end)
                 continue
-            case ["comment", word, _, *_] if word.lower() == "texturefile" and textures:
-                name = new.split(maxsplit=2)[2].strip()
-                new = f"comment {word} {textures[name]}" if textures.get(name, name) != name else new
+            case [keyword, word, _, *_] if keyword in ("comment", "obj_info") and word.lower() == "texturefile":
+                if not names:
+                    continue
+                same = new.split(maxsplit=2)[2].strip() == names[0]
+                new = new if same else f"{keyword} {word} {names[0]}"
+                del names[0]
         lines.append(new + end)
     for element in missing.values():
         lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]

@@ -22,7 +22,7 @@ from .ply_tables import KINDS, Column, Lists, PlyElement, PlyProperty, Table
 from .polygons import are_equal, outlines
 from .tokens import changed_words, patched, runs, words
 
-_HEAD = b"ply\nformat binary_little_endian 1.0\n"
+_HEAD = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: coordinates keep the types of the source file if rounding to these types moves them by at most this share of the mean edge
 _ROUNDING = 1e-3
 
@@ -30,8 +30,7 @@ _ROUNDING = 1e-3
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
     """Writes a mesh, whose `matrix` must be None. If `writing` is None, coordinates keep the type of the source file."""
     if (document := mesh.document(PlyDocument)) is None:
-        names = b"".join(b"comment TextureFile %s\n" % t.name.encode("utf-8", "surrogateescape") for t in mesh.textures)
-        document = PlyDocument(ply_tables.parse_header(_HEAD + names + b"end_header\n"), {}, np.empty(0, np.uint8))
+        document = PlyDocument(ply_tables.parse_header(_HEAD), {}, np.empty(0, np.uint8))
     notes: list[str] = []
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
     written = {row.element.name: row for row in rows if row is not None}
@@ -47,7 +46,8 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         else:
             notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
-    target.write(ply_tables.header_bytes(document.header, list(elements.values()), None if writing is None else writing.textures))
+    textures = [t.name if writing is None else writing.textures.get(t.name, t.name) for t in mesh.textures]
+    target.write(ply_tables.header_bytes(document.header, list(elements.values()), textures))
     is_text, kept_bytes, last = document.header.format == "ascii", None, b"\n"
     for name in elements:
         table = written.get(name) or document.tables[name]
@@ -93,7 +93,7 @@ def _vertex_rows(mesh: MeshData, document: PlyDocument, writing: Writing | None,
 def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table | None:
     table = document.tables.get("face")
     corners = next((name for name in ply.CORNERS if table is not None and table.lists(name) is not None), ply.CORNERS[0])
-    unchanged = mesh.face_ids is None and mesh.vertex_ids is None
+    unchanged = mesh.face_ids is None and mesh.vertex_ids is None and are_equal(mesh.faces, document.faces)
     if document.has_other_faces:
         if unchanged and not mesh.face_attributes.keys() - {"selection", "normals"}:
             return table
@@ -127,7 +127,8 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     of_rows = {name: v if chosen is None else v[chosen] for name, v in mesh.face_attributes.items()}
     if "scalars" in of_rows:
         values[ply.SCALAR] = of_rows["scalars"]
-    if "texture" in of_rows and (len(mesh.textures) > 1 or (of_rows["texture"] < 0).any()):
+    is_numbered = table is not None and ply.TEXTURE_NUMBER in table.columns
+    if "texture" in of_rows and (is_numbered or len(mesh.textures) > 1 or (of_rows["texture"] < 0).any()):
         values[ply.TEXTURE_NUMBER] = of_rows["texture"]
     values |= _custom(of_rows, FACE_ATTRIBUTES, values, table, notes)
     return _rows("face", table, row, values, of_rows.get("colors"))
@@ -161,7 +162,7 @@ def _rows(
     standard = set() if table is None else ply.standard_properties(table)
     before: Mapping[str, Column] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
-        if p.name in standard and p.name not in values and p.name != ply.TEXTURE_NUMBER:
+        if p.name in standard and p.name not in values:
             continue  # a step has removed it
         base = _chosen(before[p.name], ids)
         value = values.get(p.name, base)
@@ -244,8 +245,9 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
         kept = Table(replace(table.element, count=len(colors)), former)
         if are_equal(ply.colors_of(kept), colors):  # dark colours alone may be read in another range
             return former
-    columns = dict(zip(names, colors.T, strict=False))
-    return {name: c / 255.0 * ply.top_level(table, name) if name in former else c for name, c in columns.items()}
+    columns, is_dark = dict(zip(names, colors.T, strict=False)), colors[:, :3].max(initial=0) <= 1  # read as shares, if floats
+    tops = {name: 1.0 if is_dark and c.dtype.kind == "f" else ply.top_level(table, name) for name, c in former.items()}
+    return {name: c / 255.0 * tops[name] if name in tops else c for name, c in columns.items()}
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:

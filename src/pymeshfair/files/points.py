@@ -115,7 +115,7 @@ def _guessed(values: Floats, whole: Bools) -> tuple[str, ...]:
     are_levels = width > 5 and whole[rgb].all() and values[:, rgb].min() >= 0 and values[:, rgb].max() <= 255
     lengths = np.linalg.norm(np.clip(values[:, -3:], -2.0, 2.0), axis=1)  # clipped: squares of large numbers overflow
     are_normals = np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 0.01  # normals may be written with two decimals
-    are_colors = are_levels and values[:, rgb].max() > 1
+    are_colors = are_levels and not (are_normals and lengths.any())
     if width == 6 and (are_colors or are_normals):
         return (*_PLACE, *(_COLOR if are_colors else _NORMAL))
     if width == 7 and not are_levels:
@@ -247,7 +247,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
         elif name == "normals":
             columns = dict(zip(_NORMAL, attribute.T, strict=True))
         else:
-            columns = {name: attribute} if attribute.ndim == 1 else {}
+            columns = {name: 1 * attribute} if attribute.ndim == 1 else {}  # 1 and 0 for booleans
         if columns and set(columns) <= set(document.columns):
             values |= columns
         elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):

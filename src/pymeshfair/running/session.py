@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError, reason_of
@@ -136,7 +138,8 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
+            over = ", and turns all faces over, as it mirrors" if np.linalg.det(result.matrix[:3, :3]) < 0.0 else ""
+            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{over}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
         return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
@@ -239,6 +242,8 @@ class Session:
             # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
+            if change.turned is not None and (before.measures.volume or 0.0) > 0.0 > (after.measures.volume or 0.0):
+                self._warn("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)

@@ -283,7 +283,7 @@ class E57Cloud:
             written = BytesIO()
             write_ply(piece, written)
             header, end, rows = written.getvalue().partition(b"end_header\n")
-            if not count:
+            if not file.tell():
                 header = header.replace(b"element vertex %d\n" % len(piece.vertices), count_line % 0)
                 offset = header.index(count_line % 0)
                 file.write(header + end)
