@@ -33,7 +33,6 @@ from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
 from ..running.session import RunCache, Session
 from ..running.supervise import MODULES, parse_talk
-from ..scripts.script import Script
 
 #: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
@@ -177,13 +176,13 @@ class Workshop:
             await self._stop()
             return await self._result("opening")
 
-    async def begin(self, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
-        """Stops the current run, and starts a script; the task raises `RunError` if the run fails."""
+    async def begin(self, recipe: Recipe, overrides: tuple[str, ...], on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
+        """Stops the current run, and starts a recipe; the task raises `RunError` if the run fails."""
         async with self._lock:
             await self._stop()
             self._stage = Path(tempfile.mkdtemp(dir=self._folder))
             (self._stage / "new").mkdir()
-            job = Job(Recipe("tuned", script), self._scan.path, self._stage / "result.ply")
+            job = Job(recipe, self._scan.path, self._stage / "result.ply", overrides=overrides)
             self._task = asyncio.create_task(self._result("run", job, self._stage, on_event=on_event))
             return self._task
 
