@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
+import json
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +170,46 @@ def test_what_was_changed_on_the_page_gives_the_warnings_of_a_run(tmp_path: Path
         job = Job(recipe, scan.path, tmp_path / size / "result.ply", overrides=overrides)
         warned.append([text for text in bench.run(job, tmp_path / size)[0]["warnings"] if "denoise" in text])
     assert [len(texts) for texts in warned] == [1, 0]
+
+
+@dataclass
+class Listener:
+    """A connection that keeps what was sent, apart from events."""
+
+    told: list[dict[str, Any]] = field(default_factory=list)
+    reading: asyncio.Event = field(default_factory=asyncio.Event)  # set while a run reads its scan
+
+    async def send(self, text: str) -> None:
+        """Keep a message."""
+        message = json.loads(text)
+        if message["is"] == "event":
+            self.reading.set()
+        else:
+            self.told.append(message)
+
+
+def test_a_second_run_on_the_whole_scan_replaces_the_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It waits until the first has ended, writes the file, and the page is told of the end of the second alone."""
+    monkeypatch.chdir(tmp_path)
+    trimesh.Trimesh(*icosphere(4), process=False).export(tmp_path / "scan.ply")
+    scan = prepared_scan(tmp_path / "scan.ply")
+    order = {"recipe": "smooth_implicit", "steps": [{"on": True, "values": {}}], "name": "out.ply"}
+
+    async def finish_twice() -> list[dict[str, Any]]:
+        listener: Any = Listener()
+        conversation = Conversation(listener, scan, "smooth_implicit", Workshop(scan, tmp_path))
+        conversation._recipes["smooth_implicit"] = load_recipe("smooth_implicit")
+        await conversation.finish(order)
+        await listener.reading.wait()
+        await conversation.finish(order)
+        while conversation._tasks:
+            await asyncio.sleep(0.01)
+        told: list[dict[str, Any]] = listener.told
+        return told
+
+    told = asyncio.run(finish_twice())
+    assert [message["is"] for message in told] == ["begun", "begun", "finished"]
+    assert told[-1]["files"][0] == str(tmp_path / "out.ply")
 
 
 def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

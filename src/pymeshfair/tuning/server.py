@@ -267,6 +267,7 @@ class Conversation:
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._finish_stopped = threading.Event()  # stops the run of `finish` at its next event
+        self._finishing = asyncio.Lock()  # the former run of `finish` may have to end first
         self._replaced = False
 
     async def serve_page(self) -> None:
@@ -390,11 +391,16 @@ class Conversation:
 
         async def work() -> None:
             try:
-                result = await asyncio.to_thread(run_job, job, check_and_send)
+                async with self._finishing:
+                    result = await asyncio.to_thread(run_job, job, check_and_send)
+                files = [str(file) for file in (result.output, *result.side_files, result.provenance)]
+                told: dict[str, Any] = {"kind": "finished", "files": files}
+            except Stopped:
+                told = {"kind": "cancelled"}
             except (PymeshfairError, OSError) as error:
-                await self._send("failed", run=0, message=str(error))
-            else:
-                await self._send("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
+                told = {"kind": "failed", "message": str(error)}
+            if self._finish_stopped is stopped:  # else the page follows a later run of `finish`
+                await self._send(run=0, **told)
 
         await self._send("begun", run=0)
         self._start(work())

@@ -302,7 +302,7 @@ const answers = {
     if ("step" in told) by("steps").children[told.step]?.querySelector(`[data-parameter="${CSS.escape(told.parameter)}"]`)?.classList.add("wrong");
   },
   saved(told) { by("state").textContent = `saved: ${told.path}`; },
-  finished(told) { running(false, `written: ${told.files.join(", ")}`); },
+  finished(told) { running(state.running && told.run !== state.current, `written: ${told.files.join(", ")}`); },
   ended(told) { state.ended = told.message; complain(told.message); },
 };
 
