@@ -152,6 +152,15 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     assert (cut.vertices, cut.diagonal) == (whole.vertices, whole.diagonal)
 
 
+def test_a_stray_vertex_costs_the_page_no_resolution(tmp_path: Path) -> None:
+    """The cube of the coordinates holds what is drawn: a far vertex without faces does not make it larger."""
+    vertices, faces = icosphere(2)
+    for name, points in (("ball", vertices), ("stray", np.vstack([vertices, [[1e6, 0.0, 0.0]]]))):
+        trimesh.Trimesh(points, faces, process=False).export(tmp_path / f"{name}.ply")
+    (centre, half), (of_ball, half_of_ball) = (Bench(tmp_path / f"{name}.ply", None)._box for name in ("stray", "ball"))
+    assert (centre.tolist(), half) == (of_ball.tolist(), half_of_ball)
+
+
 def test_what_was_changed_on_the_page_gives_the_warnings_of_a_run(tmp_path: Path) -> None:
     """A better recipe is named for noise if nothing was changed, as after `pymeshfair run`."""
     vertices, faces = icosphere(4)

@@ -27,7 +27,7 @@ from ..operating_system import this_system
 from ..processes.process import LostProcessError, Process
 from ..processes.worker import Order, report
 from ..recipe import Recipe
-from ..report.scene import Shown, pack_scene, shown_mesh
+from ..report.scene import Shown, least_box, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted, StepProgress, StepStarted
 from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
@@ -88,10 +88,9 @@ class Bench:
             read = ReadMesh(scan, mesh, measure(mesh), read.warnings)
         self._before = state_of(read)
         self._unit = unit_of_scan(None, self._before.mesh.unit)
-        vertices = self._before.mesh.vertices
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
         self._scan = self._drawable("scan", self._before.mesh)
+        centre, half = least_box([self._scan])
+        self._box = centre, _ROOM * half
         self._result: tuple[MeshData, Shown] | None = None
         self._earlier = RunCache()
 
