@@ -15,7 +15,6 @@ from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
-from ..scripts.warnings import traps
 
 #: extensions that are skipped in folders, since such files are rarely scans; a pattern finds them
 _RARELY_A_MESH = frozenset(("txt",))
@@ -196,7 +195,6 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
         threads=threads,
         memory_limit=template.memory_limit or memory,
         own_texture_names=True,
-        warnings=(*(str(change) for change in scan.recipe.changes if not change.same_meaning), *traps(scan.recipe.script)),
     )
 
 

@@ -104,7 +104,7 @@ class Bench:
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
-        return {"warnings": session.warnings, "tried": tried}, self._pack(self._result[1])
+        return {"warnings": [*job.recipe.warnings, *session.warnings], "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Measures the last result; returns also its mesh with distances as colours."""
