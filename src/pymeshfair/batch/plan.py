@@ -54,7 +54,7 @@ def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[
         record = None if scan.folder is None else read_provenance(scan.input)
         if scan.folder is not None and scan.input.parent.resolve().is_relative_to(root):
             dropped.append(f"{scan.input}, which lies in the folder of outputs")
-        elif record is not None and Path(str(record["input"].get("path"))) in inputs:
+        elif record is not None and (source := Path(str(record["input"].get("path")))) in inputs and source != scan.input:
             dropped.append(f"{scan.input}, which a run made of another scan")
         else:
             kept.append(scan)
