@@ -46,7 +46,7 @@ class Recipe(FilterMethods):
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
         """Makes an empty recipe. `comment` is the head comment of its script, with the title as first line."""
         self.name = name  # for messages and the records of runs
-        self.script = scripts.Script((), comment)
+        self.script = scripts.Script((), scripts.clean_comment(comment))
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
         self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
