@@ -105,6 +105,8 @@ def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
     recipe = load_recipe("smooth_implicit")
     words = saved_comment(recipe, "a---b<!-- \x07.ply", "softer -- --> end -")
     assert "tuned on a" in words
+    nameless = replace(recipe, name="a--b", script=replace(recipe.script, comment=""))
+    assert format_script(replace(nameless.script, comment=saved_comment(nameless, "scan.ply", "")))
     script = replace(recipe.script, comment=words)
     assert parse_script(format_script(script).encode(), "x.mlx").steps == recipe.script.with_defaults().steps
 

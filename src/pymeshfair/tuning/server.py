@@ -113,7 +113,7 @@ def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
     """Returns the head comment of a tuned recipe."""
-    title = f"{recipe.title}, tuned on {_plain(scan)}"
+    title = f"{_plain(recipe.title)}, tuned on {_plain(scan)}"
     origin = f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}."
     notes = [_plain(note)] if note.strip() else []
     return "\n\n".join([title, origin, *notes, recipe.description]).strip()
