@@ -240,6 +240,17 @@ def test_a_kept_result_has_its_own_settings_and_numbers(tuning: Any) -> None:
     assert late.startswith("kept 2: iterations 25; root mean square distance")
 
 
+def test_the_colour_bar_is_that_of_the_newest_result(tuning: Any) -> None:
+    """Its ends follow each result; a kept result on the left is drawn while the distances of the next are awaited."""
+    tuning.check("input[name=style][value=distance]")
+    tuning.click("#keep")
+    for number, iterations in ((2, "60"), (3, "200")):
+        change(tuning, "iterations", iterations)
+        tuning.wait_for_selector(f"body[data-measured='{number}']")
+        ends = tuning.evaluate("() => ['low', 'high'].map((end) => shortNumber(state.result.colorings.distance[end]))")
+        assert soon(tuning, lambda e=ends: [tuning.locator(f"[data-{end}]").inner_text() for end in ("low", "high")] == e)
+
+
 def test_a_kept_result_names_the_steps_that_were_left_out(tuning: Any) -> None:
     """The list says which steps of the recipe did not run."""
     tuning.select_option("#recipe", "clean_range_map")

@@ -202,7 +202,7 @@ function showScene() {
   const { scan, result, left } = state;
   const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);
   if (shown[2]) shown[2] = { ...shown[2], name: left.name };
-  const colorings = { ...scan.colorings, ...(result || scan).colorings };
+  const colorings = { ...scan.colorings, ...(left && left.scene.colorings), ...(result || scan).colorings };
   if (scan.colorings.curvature) colorings.curvature = scan.colorings.curvature;
   viewer.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
 }
