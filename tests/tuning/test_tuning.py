@@ -21,7 +21,7 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import Bench, Workshop, part_of, prepared_scan
+from pymeshfair.tuning.bench import Bench, Scan, Workshop, part_of, prepared_scan
 from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
@@ -221,6 +221,21 @@ def test_a_second_run_on_the_whole_scan_replaces_the_first(tmp_path: Path, monke
     told = asyncio.run(finish_twice())
     assert [message["is"] for message in told] == ["begun", "begun", "finished"]
     assert told[-1]["files"][0] == str(tmp_path / "out.ply")
+
+
+def test_a_stop_between_mesh_and_numbers_is_told(tmp_path: Path) -> None:
+    """The page learns that it need not wait for the numbers."""
+    scan = Scan(tmp_path / "scan.ply", 3, 1.0, 1.0, None, ())
+
+    async def stopped_late() -> list[str]:
+        listener: Any = Listener()
+        conversation = Conversation(listener, scan, "smooth_implicit", Workshop(scan, tmp_path))
+        running: Any = asyncio.get_running_loop().create_future()
+        running.set_result(({"tried": []}, None))
+        await conversation._send_results(running, {"run": 1})
+        return [message["is"] for message in listener.told]
+
+    assert asyncio.run(stopped_late()) == ["result", "cancelled"]
 
 
 def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -185,11 +185,11 @@ class Workshop:
             self._task = asyncio.create_task(self._result("run", job, self._stage, on_event=on_event))
             return self._task
 
-    async def measure(self, running: asyncio.Task[Result]) -> asyncio.Task[Result] | None:
-        """Starts to measure the result of a run; returns None if another run or a stop has ended that run."""
+    async def measure(self, running: asyncio.Task[Result]) -> asyncio.Task[Result]:
+        """Starts to measure the result of a run; raises `Stopped` if another run or a stop has ended that run."""
         async with self._lock:
             if running is not self._task:
-                return None
+                raise Stopped("stopped")
             self._task = asyncio.create_task(self._result("measure", self._stage))
             return self._task
 

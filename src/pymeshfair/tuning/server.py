@@ -283,7 +283,7 @@ class Conversation:
                     location: dict[str, Any] = (
                         {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
                     )
-                    await self._send("problem", message=str(error), **location)
+                    await self._send("problem", message=str(error), asked=order.get("asked"), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the page sent an unknown request; load the page again")
                 order = json.loads(await self._connection.recv())
@@ -347,9 +347,8 @@ class Conversation:
         try:
             numbers, scene = await asyncio.shield(running)
             await self._send("result", scene, **about, **numbers)
-            if (measuring := await self._workshop.measure(running)) is not None:
-                numbers, scene = await asyncio.shield(measuring)
-                await self._send("numbers", scene, **about, **numbers)
+            numbers, scene = await asyncio.shield(await self._workshop.measure(running))
+            await self._send("numbers", scene, **about, **numbers)
         except (asyncio.CancelledError, Stopped) as error:
             if isinstance(error, Stopped) or running.cancelled():
                 await self._send("cancelled", **about)

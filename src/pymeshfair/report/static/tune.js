@@ -112,7 +112,7 @@ function showRecipe(recipe) {
     return item;
   }));
   const kept = remembered();
-  if (kept && kept.recipe === recipe.key) putSettings(kept.steps);
+  if (kept && kept.recipe === recipe.key && kept.steps.length === recipe.steps.length) putSettings(kept.steps);
   by("recipe").value = recipe.key;
   by("recipe-name").value = `${recipe.name.replace(/^.*[\\/]/, "").replace(/\.mlx$/i, "")}_tuned.mlx`;
 }
@@ -297,7 +297,7 @@ const answers = {
     if (!told.run || told.run === state.current) complain(told.message);
   },
   problem(told) {
-    running(false, "not run");
+    if (!state.running || (told.asked && state.current !== 0)) running(false, "not run");
     complain(told.message);
     if ("step" in told) by("steps").children[told.step]?.querySelector(`[data-parameter="${CSS.escape(told.parameter)}"]`)?.classList.add("wrong");
   },
