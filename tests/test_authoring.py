@@ -54,6 +54,15 @@ def test_a_recipe_is_built_saved_and_loaded(tmp_path: Path) -> None:
     assert [step.tag for step in loaded] == ["", "", "smooth"]
 
 
+def test_a_comment_is_the_same_before_and_after_its_file(tmp_path: Path) -> None:
+    """Indentation and empty lines at the ends are left out at once, so that the first line is the title."""
+    recipe = Recipe("own", "\n    My title \n\n    For: balls.\n    ")
+    recipe.apply_coord_taubin_fairing()
+    recipe.save(tmp_path / "own.mlx")
+    assert recipe.script.comment == "My title\n\nFor: balls."
+    assert Recipe.load(tmp_path / "own.mlx") == recipe
+
+
 def test_steps_are_counted_and_iterated() -> None:
     """A recipe is a sequence of steps with checked values."""
     recipe = built()

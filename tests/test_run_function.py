@@ -8,6 +8,10 @@ from pathlib import Path
 import pymeshlab
 
 import pymeshfair
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+from tests.commands.command_line import document, invoke
 from tests.meshes import icosphere, noisy
 
 
@@ -45,6 +49,23 @@ def test_one_text_and_one_file_need_no_list(tmp_path: Path) -> None:
         done = pymeshfair.run(recipe, tmp_path / "ball.ply", tmp_path / f"{number}.ply", set="1.samplenum=20", others=other)
         assert [entry["path"] for entry in done.record["input"]["others"]] == [str(tmp_path / "n.ply")]
         assert done.record["recipe"]["overrides"] == ["1.samplenum=20"]
+
+
+def test_every_way_to_run_gives_the_same_warnings(tmp_path: Path) -> None:
+    """A better recipe, conditions that cannot be read and a step that works on a selection are each told once."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
+    meshes.save_current_mesh(str(tmp_path / "ball.ply"))
+    steps = '<filter name="Close Holes"/><filter name="Laplacian Smooth"/>'
+    head = "<!--\nOwn\n\nSuperseded: take another.\n\nFits: bricks.\n-->"
+    (tmp_path / "own.mlx").write_text(f"<!DOCTYPE FilterScript>\n{head}\n<FilterScript>{steps}</FilterScript>\n")
+    told = pymeshfair.run(tmp_path / "own.mlx", tmp_path / "ball.ply", tmp_path / "a.ply").warnings
+    job = Job(load_recipe(tmp_path / "own.mlx"), tmp_path / "ball.ply", tmp_path / "b.ply")
+    assert run_job(job).warnings == told
+    done = invoke("run", tmp_path / "own.mlx", tmp_path / "ball.ply", "-o", tmp_path / "c.ply", "--json")
+    assert tuple(document(done.stdout)["warnings"]) == told
+    for words in ("superseded", "Fits: 'bricks' is no condition", "works on the faces that Close Holes has selected"):
+        assert sum(words in text for text in told) == 1
 
 
 def test_a_run_without_measures_writes_the_same_bytes(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ class Recipe(FilterMethods):
     def __init__(self, name: str = "recipe", comment: str = "") -> None:
         """Makes an empty recipe. `comment` is the head comment of its script, with the title as first line."""
         self.name = name  # for messages and the records of runs
-        self.script = scripts.Script((), comment)
+        self.script = scripts.Script((), scripts.clean_comment(comment))
         self.changes: tuple[Change, ...] = ()  # how the loaded script was upgraded
         self.overrides: tuple[str, ...] = ()  # the texts that changed values since the script was loaded or saved
 
@@ -174,8 +174,6 @@ def run(
     chosen = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe.load(recipe)
     chosen.set(*([set] if isinstance(set, str) else set), **(settings or {}))
     further = tuple(map(Path, [others] if isinstance(others, str | os.PathLike) else others))
-    told = [str(change) for change in chosen.changes if not change.same_meaning]
-    told += warnings.script_warnings(chosen.script, layers=1 + len(further))
-    fields: dict[str, Any] = {"overrides": chosen.overrides, "warnings": tuple(told), "measures": measures, "unit": unit}
+    fields: dict[str, Any] = {"overrides": chosen.overrides, "measures": measures, "unit": unit}
     given = named.Recipe(chosen.name, chosen.script, chosen.changes), Path(input), Path(output), further, overwrite, timeout
     return supervise.run_job(job.Job(*given, **fields), on_event)

@@ -1,6 +1,10 @@
-"""Places, counts and the unit of distances in messages."""
+"""Places, counts, the unit of distances and folders in messages."""
 
-from collections.abc import Iterable
+import os
+import re
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any
 
 
 def point_text(point: Iterable[float]) -> str:
@@ -16,3 +20,14 @@ def counted(count: int, one: str, several: str = "") -> str:
 def distance_unit(area_change: float | None) -> str:
     """Names the unit of displacements: mean edges of a mesh, or mean spacings of a cloud, which has no area to change."""
     return "spacings" if area_change is None else "edges"
+
+
+def without_folders(value: Any, folders: Collection[Path]) -> Any:
+    """A text, or a document with texts, without these folders before names: pages are sent to others."""
+    if isinstance(value, Mapping):
+        return {name: without_folders(part, folders) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_folders(part, folders) for part in value]
+    for folder in folders if isinstance(value, str) else ():
+        value = re.sub(rf"(?<!\w){re.escape(str(folder))}{re.escape(os.sep)}", "", value) if folder.name else value
+    return value

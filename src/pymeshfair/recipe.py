@@ -19,6 +19,7 @@ from .scripts.guards import Condition, parse_fits
 from .scripts.read import parse_document, parse_script, read_bytes
 from .scripts.script import KEYWORDS, Change, Script, Setting, paragraphs
 from .scripts.upgrade import upgrade_script
+from .scripts.warnings import traps
 from .scripts.write import format_script
 
 if TYPE_CHECKING:
@@ -93,6 +94,11 @@ class Recipe:
     def description(self) -> str:
         """The head comment without its title."""
         return self.script.comment.partition("\n")[2].strip()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings for every run: changes of meaning by the upgrade, and `traps`."""
+        return (*(str(change) for change in self.changes if not change.same_meaning), *traps(self.script))
 
     def override(self, overrides: Sequence[str]) -> Recipe:
         """Returns the recipe with some values overridden by `pymeshfair.scripts.changing.override`."""

@@ -76,7 +76,10 @@ def done(made: tuple[Path, Scan, Job]) -> Iterator[tuple[Scan, Job]]:
 
 
 def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
-    """The provenance beside an output is enough, and a journal that fits it adds what it tells besides."""
+    """The provenance beside an output is enough, and a journal that fits it adds what it tells besides.
+
+    The place of the scan and broken limits are as they are now, not as in the journal.
+    """
     scan, template = done
     outcome = done_before([scan], template, {})[1]
     assert outcome.status == "done"
@@ -84,6 +87,8 @@ def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
     assert outcome.displacement is not None
     told = replace(outcome, displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
     assert done_before([scan], template, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
+    moved = replace(told, input="elsewhere/scan.ply", status="broken", breaches=({"guard": "require"},))
+    assert replace(done_before([scan], template, {told.output: moved})[1], resumed=False) == told
     other = replace(told, digests={**told.digests, "output": "0" * 64})
     assert done_before([scan], template, {other.output: other})[1].displacement == outcome.displacement
 

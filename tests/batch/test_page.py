@@ -56,7 +56,8 @@ def test_pages_that_were_drawn_are_linked(tmp_path: Path) -> None:
 def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wrote(tmp_path: Path) -> None:
     """Errors keep the names of files; scans written by an earlier batch count neither as the work nor as the time of this one."""
     summary = summary_of(tmp_path, 3)
-    first, second, third = (replace(outcome, resumed=True) for outcome in summary.outcomes)
+    told = ("/in/00.ply is old",)
+    first, second, third = (replace(outcome, resumed=True, warnings=told) for outcome in summary.outcomes)
     failed = Outcome.of_error(Path("/in/03.ply"), tmp_path / "03.ply", InputError(Path("/in/03.ply"), "it is empty"), 1.0, "")
     outcomes = (first, second, replace(third, status="broken"), failed)
     page = write_page(tmp_path, replace(summary, outcomes=outcomes, planned=4), {first.output: f"{tmp_path}/reports is full"})
@@ -65,6 +66,8 @@ def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wr
         assert folder not in text
     for words in ("cannot read 03.ply: it is empty", "no page: reports is full", "2 of 4 scans were done."):
         assert words in text
+    for element in ("li", "td"):
+        assert f"<{element}>00.ply is old</{element}>" in text
     lines = "1 were written although they break a limit.", "3 of all outputs were written by an earlier batch.", "1 failed."
     assert [text.index(line) for line in lines] == sorted(text.index(line) for line in lines)
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from pymeshfair.batch.plan import expand, plan_scans, sample, without_outputs
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+from tests.meshes import icosphere
 
 
 @pytest.fixture
@@ -161,6 +165,14 @@ def test_outputs_among_the_inputs_leave_no_scan(folder: Path) -> None:
     kept, dropped = without_outputs(expand(["."]), folder / "deep")
     assert [scan.input.name for scan in kept] == ["a.stl", "b.ply"]
     assert dropped == [f"{folder / 'deep' / 'c.ply'}, which lies in the folder of outputs"]
+
+
+def test_a_scan_that_a_run_replaced_is_a_scan(tmp_path: Path) -> None:
+    """A run that wrote over its input did not make it of another scan."""
+    trimesh.Trimesh(*icosphere(1), process=False).export(tmp_path / "scan.ply")
+    run_job(Job(load_recipe("smooth_taubin"), tmp_path / "scan.ply", tmp_path / "scan.ply", overwrite=True))
+    kept, dropped = without_outputs(expand([str(tmp_path)]), tmp_path / "out")
+    assert ([scan.input.name for scan in kept], dropped) == (["scan.ply"], [])
 
 
 def test_a_wrong_value_of_a_table_is_named_with_its_line(folder: Path) -> None:

@@ -240,6 +240,18 @@ def test_a_kept_result_has_its_own_settings_and_numbers(tuning: Any) -> None:
     assert late.startswith("kept 2: iterations 25; root mean square distance")
 
 
+def test_the_colour_bar_is_that_of_the_newest_result(tuning: Any) -> None:
+    """Its ends follow each result; a kept result on the left is drawn while the distances of the next are awaited."""
+    tuning.check("input[name=style][value=distance]")
+    tuning.click("#keep")
+    shown = "['low', 'high'].map((end) => document.querySelector(`[data-${end}]`).textContent)"
+    newest = "['low', 'high'].map((end) => shortNumber(state.result.colorings.distance[end]))"
+    for number, iterations in ((2, "60"), (3, "200")):
+        change(tuning, "iterations", iterations)
+        tuning.wait_for_selector(f"body[data-measured='{number}']")
+        assert soon(tuning, lambda: tuning.evaluate(shown) == tuning.evaluate(newest))
+
+
 def test_a_kept_result_names_the_steps_that_were_left_out(tuning: Any) -> None:
     """The list says which steps of the recipe did not run."""
     tuning.select_option("#recipe", "clean_range_map")
@@ -342,6 +354,21 @@ def test_a_failure_on_the_whole_scan_is_told_during_another_run(tuning: Any) -> 
     """The message is shown although the page follows the run of a change since then."""
     tuning.evaluate("() => { state.current = 2; answers.failed({ run: 0, message: 'the disk is full' }); }")
     assert tuning.locator("#problem").inner_text() == "the disk is full"
+
+
+def test_what_cannot_be_saved_leaves_a_run_alone(tuning: Any) -> None:
+    """The message is shown, and the run can still be stopped."""
+    tuning.evaluate("() => { running(true, 'running on the whole scan'); answers.problem({ message: 'it is there already' }); }")
+    assert tuning.locator("#problem").inner_text() == "it is there already"
+    assert tuning.locator("#state").inner_text() == "running on the whole scan"
+    assert tuning.locator("#stop").is_enabled()
+
+
+def test_settings_of_other_steps_are_not_set(tuning: Any) -> None:
+    """A recipe that got another number of steps since the page was loaded comes with its own values."""
+    tuning.evaluate("() => sessionStorage.setItem(location.pathname, JSON.stringify({ recipe: state.recipe, steps: [] }))")
+    tuning.reload()
+    tuning.wait_for_selector("body[data-measured='1']")
 
 
 #: serves a scan as one that is large, so that it is tuned on a part

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -16,14 +17,16 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe
-from pymeshfair.report.comparison_page import _title
+from pymeshfair.report.comparison_page import _title, run_page
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
 from pymeshfair.running.guarding import _faults
+from pymeshfair.running.read import read_mesh
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP
@@ -196,6 +199,13 @@ def test_a_report_names_no_folder_of_the_machine(tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert "own.mlx" in text
     assert str(tmp_path) not in text
+    record = json.loads(provenance_path(output).read_text("utf-8"))
+    record["warnings"] = [f"{tmp_path / 'scans' / 'scan.ply'} is old, 3 of 1/mm"]
+    record["run"]["command"] = [f"{tmp_path}/bin/pymeshfair", "/scan.ply"]
+    text = run_page(record, read_mesh(tmp_path / "scans" / "scan.ply"), read_mesh(output)).decode()
+    assert str(tmp_path) not in text
+    for shown in ("<li>scan.ply is old, 3 of 1/mm</li>", "&#34;pymeshfair&#34;,", "/&gt;"):
+        assert shown in text
 
 
 @pytest.mark.slow

@@ -79,6 +79,16 @@ def test_an_output_is_made_again_where_it_was_moved_with_its_input(tmp_path: Pat
     assert verify_output(moved / "clean/out.ply").verdict == "input changed"
 
 
+def test_a_recipe_is_found_where_it_was_moved_with_the_output(made: Path) -> None:
+    """A note names its file; without the file the recipe has changed."""
+    moved = made.parent.rename(made.parent.with_name("there"))
+    found = verify_output(moved / made.name)
+    assert found.verdict == "identical"
+    assert f"the recipe is from {moved / 'own.mlx'}" in found.notes
+    (moved / "own.mlx").unlink()
+    assert verify_output(moved / made.name).findings == (f"the recipe's file {made.parent / 'own.mlx'} is not there any more",)
+
+
 def _change(name: str, text: str) -> Callable[[Path], None]:
     def change(folder: Path) -> None:
         with (folder / name).open("a") as file:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
+import json
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,11 @@ from websockets.http11 import Request
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe, shipped_recipes
+from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import Workshop, part_of, prepared_scan
+from pymeshfair.tuning.bench import Bench, Scan, Workshop, part_of, prepared_scan
 from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
@@ -34,8 +36,9 @@ def sent(recipe: str) -> list[dict[str, Any]]:
 def test_a_page_that_changes_nothing_gives_the_recipe(name: str) -> None:
     """What the controls show comes back as the same script, number by number."""
     recipe = load_recipe(name)
-    back = script_with(recipe.script, sent(name))
+    back, changed = script_with(recipe.script, sent(name))
     assert format_script(back) == format_script(recipe.script)
+    assert changed == ()
 
 
 def test_controls_follow_the_declaration() -> None:
@@ -63,8 +66,8 @@ def test_what_is_automatic_is_auto_on_the_page() -> None:
     texts = {p["name"]: p["value"] for p in step["parameters"] if p["automatic"]}
     assert len(texts) == 7
     assert set(texts.values()) == {"auto"}
-    (changed,) = script_with(recipe.script, [{"on": True, "values": {"relaxation": "3"}}]).steps
-    back = script_with(recipe.script.with_steps([changed]), [{"on": True, "values": {"relaxation": "auto"}}])
+    changed, _ = script_with(recipe.script, [{"on": True, "values": {"relaxation": "3"}}])
+    back, _ = script_with(changed, [{"on": True, "values": {"relaxation": "auto"}}])
     assert back.steps == recipe.script.steps
     assert 'name="relaxation" value="-1"' in format_script(recipe.script)
 
@@ -78,7 +81,7 @@ def test_wrong_settings_say_where() -> None:
         script_with(script, given)
     assert (caught.value.step, caught.value.parameter) == (len(script.steps) - 1, "iterations")
     given[-1] = {"on": False, "values": {}}
-    assert script_with(script, given).steps == script.steps[:-1]
+    assert script_with(script, given)[0].steps == script.steps[:-1]
     with pytest.raises(ParameterError, match="every step is switched off"):
         script_with(script, [{"on": False, "values": {}}] * len(script.steps))
     with pytest.raises(ParameterError, match="settings for 1 steps"):
@@ -102,6 +105,8 @@ def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
     recipe = load_recipe("smooth_implicit")
     words = saved_comment(recipe, "a---b<!-- \x07.ply", "softer -- --> end -")
     assert "tuned on a" in words
+    nameless = replace(recipe, name="a--b", script=replace(recipe.script, comment=""))
+    assert format_script(replace(nameless.script, comment=saved_comment(nameless, "scan.ply", "")))
     script = replace(recipe.script, comment=words)
     assert parse_script(format_script(script).encode(), "x.mlx").steps == recipe.script.with_defaults().steps
 
@@ -147,6 +152,90 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600
     assert (cut.vertices, cut.diagonal) == (whole.vertices, whole.diagonal)
+
+
+def test_a_stray_vertex_costs_the_page_no_resolution(tmp_path: Path) -> None:
+    """The cube of the coordinates holds what is drawn: a far vertex without faces does not make it larger."""
+    vertices, faces = icosphere(2)
+    for name, points in (("ball", vertices), ("stray", np.vstack([vertices, [[1e6, 0.0, 0.0]]]))):
+        trimesh.Trimesh(points, faces, process=False).export(tmp_path / f"{name}.ply")
+    (centre, half), (of_ball, half_of_ball) = (Bench(tmp_path / f"{name}.ply", None)._box for name in ("stray", "ball"))
+    assert (centre.tolist(), half) == (of_ball.tolist(), half_of_ball)
+
+
+def test_what_was_changed_on_the_page_gives_the_warnings_of_a_run(tmp_path: Path) -> None:
+    """A better recipe is named for noise if nothing was changed, as after `pymeshfair run`."""
+    vertices, faces = icosphere(4)
+    noise = np.random.default_rng(0).normal(scale=0.01, size=vertices.shape)
+    trimesh.Trimesh(vertices + noise, faces, process=False).export(tmp_path / "scan.ply")
+    scan = prepared_scan(tmp_path / "scan.ply")
+    connection: Any = None  # nothing is sent
+    conversation = Conversation(connection, scan, "smooth_implicit", Workshop(scan, tmp_path))
+    conversation._recipes["smooth_implicit"] = load_recipe("smooth_implicit")
+    bench, warned = Bench(scan.path, None), []
+    for size in ("auto", "5edge"):
+        order = {"recipe": "smooth_implicit", "steps": [{"on": True, "values": {"detail_size": size}}]}
+        recipe, overrides = conversation._tuned(order)
+        assert overrides == (() if size == "auto" else ("1.detail_size=5edge",))
+        (tmp_path / size / "new").mkdir(parents=True)
+        job = Job(recipe, scan.path, tmp_path / size / "result.ply", overrides=overrides)
+        warned.append([text for text in bench.run(job, tmp_path / size)[0]["warnings"] if "denoise" in text])
+    assert [len(texts) for texts in warned] == [1, 0]
+
+
+@dataclass
+class Listener:
+    """A connection that keeps what was sent, apart from events."""
+
+    told: list[dict[str, Any]] = field(default_factory=list)
+    reading: asyncio.Event = field(default_factory=asyncio.Event)  # set while a run reads its scan
+
+    async def send(self, text: str) -> None:
+        """Keep a message."""
+        message = json.loads(text)
+        if message["is"] == "event":
+            self.reading.set()
+        else:
+            self.told.append(message)
+
+
+def test_a_second_run_on_the_whole_scan_replaces_the_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It waits until the first has ended, writes the file, and the page is told of the end of the second alone."""
+    monkeypatch.chdir(tmp_path)
+    trimesh.Trimesh(*icosphere(4), process=False).export(tmp_path / "scan.ply")
+    scan = prepared_scan(tmp_path / "scan.ply")
+    order = {"recipe": "smooth_implicit", "steps": [{"on": True, "values": {}}], "name": "out.ply"}
+
+    async def finish_twice() -> list[dict[str, Any]]:
+        listener: Any = Listener()
+        conversation = Conversation(listener, scan, "smooth_implicit", Workshop(scan, tmp_path))
+        conversation._recipes["smooth_implicit"] = load_recipe("smooth_implicit")
+        await conversation.finish(order)
+        await listener.reading.wait()
+        await conversation.finish(order)
+        while conversation._tasks:
+            await asyncio.sleep(0.01)
+        told: list[dict[str, Any]] = listener.told
+        return told
+
+    told = asyncio.run(finish_twice())
+    assert [message["is"] for message in told] == ["begun", "begun", "finished"]
+    assert told[-1]["files"][0] == str(tmp_path / "out.ply")
+
+
+def test_a_stop_between_mesh_and_numbers_is_told(tmp_path: Path) -> None:
+    """The page learns that it need not wait for the numbers."""
+    scan = Scan(tmp_path / "scan.ply", 3, 1.0, 1.0, None, ())
+
+    async def stopped_late() -> list[str]:
+        listener: Any = Listener()
+        conversation = Conversation(listener, scan, "smooth_implicit", Workshop(scan, tmp_path))
+        running: Any = asyncio.get_running_loop().create_future()
+        running.set_result(({"tried": []}, None))
+        await conversation._send_results(running, {"run": 1})
+        return [message["is"] for message in listener.told]
+
+    assert asyncio.run(stopped_late()) == ["result", "cancelled"]
 
 
 def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,6 @@
 """Writes ``batch.html``, which has a row for each scan, failures first; and a page for each scan, in a worker process."""
 
 import math
-import os
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -12,6 +11,7 @@ from urllib.parse import quote
 from ..files.errors import InputError
 from ..files.provenance import read_provenance
 from ..files.writing import StagedFile, check_target, clear_up, place, staging_folder
+from ..places import without_folders
 from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
@@ -112,7 +112,7 @@ def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
     """
     occurrences: dict[str, list[tuple[str, str]]] = {}
     for outcome, label, _ in summary.rows:
-        for text in outcome.warnings:
+        for text in without_folders(outcome.warnings, (Path(outcome.output).parent, Path(outcome.input).parent)):
             occurrences.setdefault(re.sub(r"[-+]?\d[\d.,e+-]*", "#", text), []).append((text, label))
     kinds = [(found[0][0], list(dict.fromkeys(label for _, label in found))) for _, found in sorted(occurrences.items())]
     entries = [{"text": text, "count": len(names), "names": names[:_EXAMPLES]} for text, names in kinds]
@@ -123,15 +123,12 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
     outcome, label, far = row
     errors = [outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]
     errors += filter(None, (outcome.former, f"no page: {problem}" if problem else ""))
-    for within in (folder, Path(outcome.input).parent):  # the page is sent to others: it names no folders of the machine
-        errors = [text.replace(f"{within}{os.sep}", "") for text in errors] if within.name else errors
     return {
         "name": label,
         "status": outcome.status,
         "page": quote(page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()) if problem == "" else None,
         "cells": [_cell(number_of(outcome), question in far) for _, question, number_of in _COLUMNS],
-        "errors": errors,
-        "warnings": outcome.warnings,
+        **without_folders({"errors": errors, "warnings": outcome.warnings}, (folder, Path(outcome.input).parent)),
     }
 
 

@@ -15,7 +15,6 @@ from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
-from ..scripts.warnings import traps
 
 #: extensions that are skipped in folders, since such files are rarely scans; a pattern finds them
 _RARELY_A_MESH = frozenset(("txt",))
@@ -55,7 +54,7 @@ def without_outputs(scans: Sequence[RequestedScan], folder: Path) -> tuple[list[
         record = None if scan.folder is None else read_provenance(scan.input)
         if scan.folder is not None and scan.input.parent.resolve().is_relative_to(root):
             dropped.append(f"{scan.input}, which lies in the folder of outputs")
-        elif record is not None and Path(str(record["input"].get("path"))) in inputs:
+        elif record is not None and (source := Path(str(record["input"].get("path")))) in inputs and source != scan.input:
             dropped.append(f"{scan.input}, which a run made of another scan")
         else:
             kept.append(scan)
@@ -196,7 +195,6 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
         threads=threads,
         memory_limit=template.memory_limit or memory,
         own_texture_names=True,
-        warnings=(*(str(change) for change in scan.recipe.changes if not change.same_meaning), *traps(scan.recipe.script)),
     )
 
 

@@ -222,7 +222,8 @@ def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outc
         if outcome.status == "broken" and not template.keep_broken:
             return None
         former = journal.get(str(scan.output))
-        return replace(former if former is not None and former.digests == outcome.digests else outcome, resumed=True)
+        told = former if former is not None and former.digests == outcome.digests else outcome
+        return replace(told, input=outcome.input, status=outcome.status, breaches=outcome.breaches, resumed=True)
 
     with ThreadPoolExecutor(_READERS) as pool:
         return {scan.number: outcome for scan, outcome in zip(scans, pool.map(outcome_of, scans), strict=True) if outcome}

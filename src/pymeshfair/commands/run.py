@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import sys
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -69,15 +68,12 @@ def run(
         if not tiles:
             workers.prepare()
         from ..declaration import Length
-        from ..scripts.warnings import traps
 
         tolerance = None if map_tolerance is None else Length.parse(map_tolerance)
         if tolerance is not None and (map is None or tolerance.amount < 0.0):
             wrong = "it is about the intervention map: give --map, too" if map is None else f"{map_tolerance} is below 0"
             raise typer.BadParameter(wrong, param_hint="--map-tolerance")
         job = chosen.job(recipe, input, output, overwrite=overwrite, map=map, map_tolerance=tolerance)
-        changes = (str(change) for change in job.recipe.changes if not change.same_meaning)
-        job = replace(job, warnings=(*changes, *traps(job.recipe.script)))
         scheduler = chosen.chosen_scheduler()
         if not tiles and (scheduler is not None or resume):
             raise typer.BadParameter("--resume and the options of a scheduler need --tiles")

@@ -27,7 +27,7 @@ from ..looking.words import (
     measure_rows,
     verdict_text,
 )
-from ..places import counted
+from ..places import counted, without_folders
 from ..running.job import plain, steps_of
 from ..running.read import ReadMesh
 from .page import Chart, Figure, SectionChart, figure_of, histogram, render
@@ -37,7 +37,7 @@ from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 _PICTURE, _VIEW = 400, 300
 #: the views of the distances
 _SIDES = ("front", "back", "left", "right", "top", "bottom")
-_FOLDER = re.compile(r'"(?:path|file)": "((?:[^"\\]|\\.)+[/\\])')  # of a file in a record
+_PATH = re.compile(r'"(?:path|file)": ("(?:[^"\\]|\\.)*")')  # of a file in a record
 
 
 @dataclass(frozen=True)
@@ -118,16 +118,13 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
 
 def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up: str = "y") -> bytes:
     """Returns the report of a run as the bytes of an HTML file; `record` is the provenance document."""
+    paths = map(Path, (*map(json.loads, _PATH.findall(json.dumps(record))), *record["run"]["command"]))
+    folders = {Path.cwd(), *(path.parent for path in paths if path.is_absolute())}
+    record = without_folders(record, sorted(folders, key=lambda folder: -len(folder.parts)))
     compared = compare(state_of(input), state_of(output))
     comparison = replace(compared.comparison, displacement=None)  # the record has the exact one; the file has rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]
-    paths = {"before": Path(record["input"]["path"]), "after": Path(record["output"]["path"])}
-    names = {key: path.name for key, path in paths.items()}
-    provenance = json.dumps(record, indent=2, ensure_ascii=False)
-    # Folders of this machine are not shown.
-    folders = {json.dumps(f"{Path.cwd()}/", ensure_ascii=False)[1:-1], *_FOLDER.findall(provenance)}
-    for folder in sorted(folders, key=len, reverse=True):
-        provenance = provenance.replace(folder, "")
+    names = {"before": Path(record["input"]["path"]).name, "after": Path(record["output"]["path"]).name}
     return comparison_page(
         replace(compared, comparison=comparison),
         title=f"{names['before']}: {record['recipe']['name']}",
@@ -139,7 +136,7 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
         verdict=_verdict_of_run(record, verdict_of(comparison, change, unit)),
         markers=[Marker(b["place"], _title(b)) for b in record.get("guards", {}).get("breaches", ()) if b["place"]],
         run=record,
-        provenance=provenance,
+        provenance=json.dumps(record, indent=2, ensure_ascii=False),
     )
 
 

@@ -154,13 +154,13 @@ def pack_scene(
     within it have one colour. `box` is the cube of the coordinates: its centre and half its side. Scenes that are shown
     together share a cube; points outside the cube are moved to its sides. The default is the bounding cube of all meshes.
     """
-    centre, half = _least_box(meshes) if box is None else box
+    centre, half = least_box(meshes) if box is None else box
     parts: list[bytes] = []
     bars = {name: _color_bar(COLORINGS[name], ends, tolerance if name == "distance" else 0.0) for name, ends in limits.items()}
     header = {
         "centre": centre.tolist(),
         "half": half,
-        "fit": min(1.0, _least_box(meshes)[1] / half),
+        "fit": min(1.0, least_box(meshes)[1] / half),
         "up": up,
         "meshes": [_packed(mesh, centre, half, limits, parts) for mesh in meshes],
         "colorings": {name: {**bar, "label": in_unit(COLORINGS[name].label, unit)} for name, bar in bars.items()},
@@ -171,7 +171,8 @@ def pack_scene(
     return Scene(header, zlib.compress(b"".join(parts), 7))
 
 
-def _least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
+def least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
+    """The bounding cube of what is drawn: its centre and half its side."""
     drawn = np.concatenate([drawn_points(mesh.vertices, mesh.elements) for mesh in meshes])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0

@@ -46,7 +46,7 @@ class Job:
     map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # warnings from before the work; listed first
+    warnings: tuple[str, ...] = ()  # further warnings from before the work
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
@@ -266,7 +266,7 @@ class Report:
                 for step, done in zip(script.steps, self.steps, strict=True)
             ],
             "measures": {"unit": unit} | {name: getattr(self, name) for name in ("before", "after", "change", "traits")},
-            "warnings": [*job.warnings, *self.warnings],
+            "warnings": [*job.recipe.warnings, *job.warnings, *self.warnings],
             **({"guards": guards} if guards else {}),
             **({} if self.tiles is None else {"tiles": self.tiles}),
             "versions": versions(),

@@ -24,7 +24,6 @@ from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..processes.worker import is_lack_of_memory
-from ..recipe import RecipeInfo
 from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document, State
@@ -60,13 +59,13 @@ class RunCache:
 
     def __init__(self, states: int = 8) -> None:
         self._states = states
-        self._measured: tuple[RecipeInfo, _Measured] | None = None
+        self._measured: tuple[object, _Measured] | None = None
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
-    def measured(self, info: RecipeInfo, measure: Callable[[], _Measured]) -> _Measured:
-        """The `_Measured` of the mesh; calls `measure` the first time, and if the head of the recipe has changed since."""
-        if self._measured is None or self._measured[0] != info:
-            self._measured = info, measure()
+    def measured(self, asked: object, measure: Callable[[], _Measured]) -> _Measured:
+        """The `_Measured` of the mesh; calls `measure` the first time, and if `asked` has changed since."""
+        if self._measured is None or self._measured[0] != asked:
+            self._measured = asked, measure()
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...], str]:
@@ -123,7 +122,8 @@ class Session:
             self._document.add(mesh)
         self._document.current_id = input_id
         earlier = earlier or RunCache(states=0)
-        before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
+        asked = self._job.recipe.name, self._job.recipe.info, not self._job.overrides
+        before, traits, unsuited = earlier.measured(asked, lambda: self._measured(read))
         self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
         if advice := self._job.recipe.info.superseded:
             self._warn(f"{self._job.recipe.name} is superseded: {advice}")

@@ -9,6 +9,7 @@ from .script import ScriptError as ScriptError
 from .script import Setting as Setting
 from .script import Step as Step
 from .script import checked_name as checked_name
+from .script import clean_comment as clean_comment
 from .upgrade import Upgrade as Upgrade
 from .upgrade import upgrade_script as upgrade_script
 from .write import format_script as format_script

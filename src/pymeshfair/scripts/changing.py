@@ -25,7 +25,7 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
             settings = f"NAME=VALUE for a setting ({names}) or " if names else ""
             raise ParameterError(f"cannot set {text!r}: write {settings}STEP.PARAM=VALUE, for example 2.iterations=5")
         try:
-            script = _with_parameter(script, step_name, name, value) if dot else _with_setting(script, name, value.strip())
+            script = with_parameter(script, step_name, name, value) if dot else _with_setting(script, name, value.strip())
         except ParameterError as error:
             raise ParameterError(f"cannot set {text!r}: {error}") from error
         except UnknownNameError as error:
@@ -52,7 +52,7 @@ def _parsed(declared: Filter, texts: Mapping[str, str]) -> dict[str, Any]:
     return values
 
 
-def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Script:
+def with_parameter(script: Script, step_name: str, name: str, value: str) -> Script:
     """The script with another value for a parameter of one step, or of all steps that have the tag and the parameter."""
     steps = list(script.steps)
     tagged = [i for i, step in enumerate(steps) if step.tag == step_name]

@@ -21,16 +21,16 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
     """All warnings; those about lengths only with the `diagonal` of a mesh."""
     words = paragraphs(script.comment.partition("\n")[2])
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
-    try:
-        parse_fits(words.get("Fits", ""))
-    except ParameterError as error:
-        warnings.append(f"head: {error}; no scan is checked against it")
     warnings += [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
     return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
 
 def traps(script: Script) -> Iterator[str]:
-    """Warnings about steps that do something else than what was meant."""
+    """Warnings about conditions of the head that cannot be read, and steps that do something else than what was meant."""
+    try:
+        parse_fits(paragraphs(script.comment.partition("\n")[2]).get("Fits", ""))
+    except ParameterError as error:
+        yield f"head: {error}; no scan is checked against it"
     for index in deletes_result(script.steps):
         yield (
             f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "

@@ -27,13 +27,12 @@ from ..operating_system import this_system
 from ..processes.process import LostProcessError, Process
 from ..processes.worker import Order, report
 from ..recipe import Recipe
-from ..report.scene import Shown, pack_scene, shown_mesh
+from ..report.scene import Shown, least_box, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted, StepProgress, StepStarted
 from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
 from ..running.session import RunCache, Session
 from ..running.supervise import MODULES, parse_talk
-from ..scripts.script import Script
 
 #: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
 MOST_VERTICES, PART = 200_000, 50_000
@@ -89,10 +88,9 @@ class Bench:
             read = ReadMesh(scan, mesh, measure(mesh), read.warnings)
         self._before = state_of(read)
         self._unit = unit_of_scan(None, self._before.mesh.unit)
-        vertices = self._before.mesh.vertices
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
         self._scan = self._drawable("scan", self._before.mesh)
+        centre, half = least_box([self._scan])
+        self._box = centre, _ROOM * half
         self._result: tuple[MeshData, Shown] | None = None
         self._earlier = RunCache()
 
@@ -106,7 +104,7 @@ class Bench:
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
-        return {"warnings": session.warnings, "tried": tried}, self._pack(self._result[1])
+        return {"warnings": [*job.recipe.warnings, *session.warnings], "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Measures the last result; returns also its mesh with distances as colours."""
@@ -177,21 +175,21 @@ class Workshop:
             await self._stop()
             return await self._result("opening")
 
-    async def begin(self, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
-        """Stops the current run, and starts a script; the task raises `RunError` if the run fails."""
+    async def begin(self, recipe: Recipe, overrides: tuple[str, ...], on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
+        """Stops the current run, and starts a recipe; the task raises `RunError` if the run fails."""
         async with self._lock:
             await self._stop()
             self._stage = Path(tempfile.mkdtemp(dir=self._folder))
             (self._stage / "new").mkdir()
-            job = Job(Recipe("tuned", script), self._scan.path, self._stage / "result.ply")
+            job = Job(recipe, self._scan.path, self._stage / "result.ply", overrides=overrides)
             self._task = asyncio.create_task(self._result("run", job, self._stage, on_event=on_event))
             return self._task
 
-    async def measure(self, running: asyncio.Task[Result]) -> asyncio.Task[Result] | None:
-        """Starts to measure the result of a run; returns None if another run or a stop has ended that run."""
+    async def measure(self, running: asyncio.Task[Result]) -> asyncio.Task[Result]:
+        """Starts to measure the result of a run; raises `Stopped` if another run or a stop has ended that run."""
         async with self._lock:
             if running is not self._task:
-                return None
+                raise Stopped("stopped")
             self._task = asyncio.create_task(self._result("measure", self._stage))
             return self._task
 

@@ -30,8 +30,9 @@ from ..recipe import Recipe, load_recipe, shipped_heads, shipped_recipes
 from ..report.page import render
 from ..running.job import Event, Job
 from ..running.supervise import run_job
-from ..scripts.script import Script, Step
-from ..scripts.values import number_text, parse_value
+from ..scripts.changing import with_parameter
+from ..scripts.script import Script
+from ..scripts.values import number_text
 from ..scripts.write import write_script
 from .bench import Result, Scan, Stopped, Workshop
 
@@ -72,23 +73,36 @@ def controls(recipe: Recipe) -> dict[str, Any]:
     }
 
 
-def script_with(script: Script, settings: Sequence[Any]) -> Script:
-    """Returns the script with the steps that are switched on and the page's values; raises `ChoiceError` for a wrong value.
+def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[str, ...]]:
+    """Returns the script with the steps that are switched on and the page's values, and the changes as texts for `override`.
 
     Values are texts by parameter name, as for `parse_value`; an empty text keeps the script's value, except for a `String`.
+    Raises `ChoiceError` for a wrong value.
     """
     if len(settings) != len(script.steps):
         raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
-    steps = []
-    for number, (step, setting) in enumerate(zip(script.steps, settings, strict=True)):
+    kept, overrides = [], list[str]()
+    for index, (step, setting) in enumerate(zip(script.steps, settings, strict=True)):
         values = setting.get("values") if isinstance(setting, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
             raise ParameterError("the page sent settings of a wrong form")
-        if setting.get("on") is True:
-            steps.append(_changed_step(number, step, values))
-    if not steps:
+        if setting.get("on") is not True:
+            continue
+        kept.append(index)
+        current = step.with_defaults().values
+        for name, text in values.items():
+            if text == value_text(current.get(name)):
+                continue  # an unchanged value stays linked to its recipe setting, if it has one
+            if text == "" and not isinstance(step.filter.parameter(name), String):
+                continue  # keep the script's value; a parameter without a value gets the filter's default
+            try:
+                script = with_parameter(script, str(index + 1), name, text)
+            except ParameterError as error:
+                raise ChoiceError(index, name, str(error)) from error
+            overrides.append(f"{index + 1}.{name}={text}")
+    if not kept:
         raise ParameterError("every step is switched off: switch one on")
-    return script.with_steps(steps)
+    return script.with_steps(script.steps[index] for index in kept), tuple(overrides)
 
 
 def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
@@ -99,7 +113,7 @@ def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
     """Returns the head comment of a tuned recipe."""
-    title = f"{recipe.title}, tuned on {_plain(scan)}"
+    title = f"{_plain(recipe.title)}, tuned on {_plain(scan)}"
     origin = f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}."
     notes = [_plain(note)] if note.strip() else []
     return "\n\n".join([title, origin, *notes, recipe.description]).strip()
@@ -109,22 +123,6 @@ def _plain(text: str) -> str:
     """Returns a text that is valid in an XML comment."""
     printable = "".join(letter if letter.isprintable() else " " for letter in text)
     return re.sub("-(?=-)", "- ", printable).rstrip("-")
-
-
-def _changed_step(number: int, step: Step, setting: Mapping[str, str]) -> Step:
-    values = {}
-    current = step.with_defaults().values
-    for name, text in setting.items():
-        if text == value_text(current.get(name)):
-            continue  # an unchanged value stays linked to its recipe setting, if it has one
-        try:
-            parameter = step.filter.parameter(name)
-            if text == "" and not isinstance(parameter, String):
-                continue  # keep the script's value; a parameter without a value gets the filter's default
-            values[name] = parse_value(parameter, text)
-        except ParameterError as error:
-            raise ChoiceError(number, name, str(error)) from error
-    return step.with_checked(values)
 
 
 def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
@@ -269,6 +267,7 @@ class Conversation:
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._finish_stopped = threading.Event()  # stops the run of `finish` at its next event
+        self._finishing = asyncio.Lock()  # the former run of `finish` may have to end first
         self._replaced = False
 
     async def serve_page(self) -> None:
@@ -284,7 +283,7 @@ class Conversation:
                     location: dict[str, Any] = (
                         {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
                     )
-                    await self._send("problem", message=str(error), **location)
+                    await self._send("problem", message=str(error), asked=order.get("asked"), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the page sent an unknown request; load the page again")
                 order = json.loads(await self._connection.recv())
@@ -333,14 +332,14 @@ class Conversation:
 
     async def run(self, order: Mapping[str, Any]) -> None:
         """Starts a run of the recipe with the values on the page."""
-        _, script = self._recipe_and_script(order)
+        recipe, overrides = self._tuned(order)
         scan = self._scan
         if scan.part is not None:
-            script = in_mesh_units(script, scan.diagonal, scan.mean_edge)
+            recipe = replace(recipe, script=in_mesh_units(recipe.script, scan.diagonal, scan.mean_edge))
         self._number += 1
         about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
         await self._send("begun", **about)
-        running = await self._workshop.begin(script, self._event_sender(self._number))
+        running = await self._workshop.begin(recipe, overrides, self._event_sender(self._number))
         self._start(self._send_results(running, about))
 
     async def _send_results(self, running: asyncio.Task[Result], about: Mapping[str, Any]) -> None:
@@ -348,9 +347,8 @@ class Conversation:
         try:
             numbers, scene = await asyncio.shield(running)
             await self._send("result", scene, **about, **numbers)
-            if (measuring := await self._workshop.measure(running)) is not None:
-                numbers, scene = await asyncio.shield(measuring)
-                await self._send("numbers", scene, **about, **numbers)
+            numbers, scene = await asyncio.shield(await self._workshop.measure(running))
+            await self._send("numbers", scene, **about, **numbers)
         except (asyncio.CancelledError, Stopped) as error:
             if isinstance(error, Stopped) or running.cancelled():
                 await self._send("cancelled", **about)
@@ -363,24 +361,25 @@ class Conversation:
 
     async def save(self, order: Mapping[str, Any]) -> None:
         path, overwrite = self._target(order, ".mlx"), order.get("replace") is True
-        recipe, script = self._recipe_and_script(order)
+        recipe, _ = self._tuned(order)
         if path.exists() and not overwrite:
             raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
         scan = self._scan
-        script = replace(script, comment=saved_comment(recipe, scan.path.name, str(order.get("note", ""))))
+        script = replace(recipe.script, comment=saved_comment(recipe, scan.path.name, str(order.get("note", ""))))
         write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=overwrite)
         await self._send("saved", path=str(path))
 
     async def finish(self, order: Mapping[str, Any]) -> None:
         """Runs the tuned recipe on the whole scan."""
         path = self._target(order)
-        recipe, script = self._recipe_and_script(order)
+        recipe, overrides = self._tuned(order)
         scan = self._scan.path
         if same_file(path, scan):
             raise ParameterError(f"{path.name} is the scan, which must stay as it is: give another name")
         await self.stop(order)
-        script = replace(script, comment=saved_comment(recipe, scan.name, ""), path=None)
-        job = Job(Recipe(recipe.name, script), scan, path, overwrite=order.get("replace") is True, command=tuple(sys.argv))
+        recipe = replace(recipe, script=replace(recipe.script, comment=saved_comment(recipe, scan.name, ""), path=None))
+        overwrite, command = order.get("replace") is True, tuple(sys.argv)
+        job = Job(recipe, scan, path, overwrite=overwrite, overrides=overrides, command=command)
         stopped, send_event = threading.Event(), self._event_sender(0)
         self._finish_stopped = stopped
 
@@ -391,18 +390,24 @@ class Conversation:
 
         async def work() -> None:
             try:
-                result = await asyncio.to_thread(run_job, job, check_and_send)
+                async with self._finishing:
+                    result = await asyncio.to_thread(run_job, job, check_and_send)
+                files = [str(file) for file in (result.output, *result.side_files, result.provenance)]
+                told: dict[str, Any] = {"kind": "finished", "files": files}
+            except Stopped:
+                told = {"kind": "cancelled"}
             except (PymeshfairError, OSError) as error:
-                await self._send("failed", run=0, message=str(error))
-            else:
-                await self._send("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
+                told = {"kind": "failed", "message": str(error)}
+            if self._finish_stopped is stopped:  # else the page follows a later run of `finish`
+                await self._send(run=0, **told)
 
         await self._send("begun", run=0)
         self._start(work())
 
-    def _recipe_and_script(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
+    def _tuned(self, order: Mapping[str, Any]) -> tuple[Recipe, tuple[str, ...]]:
         recipe = self._recipes[str(order["recipe"])]
-        return recipe, script_with(recipe.script, order["steps"])
+        script, overrides = script_with(recipe.script, order["steps"])
+        return replace(recipe, script=script), overrides
 
     def _target(self, order: Mapping[str, Any], extension: str = "") -> Path:
         name = str(order["name"]).strip()

@@ -112,7 +112,7 @@ function showRecipe(recipe) {
     return item;
   }));
   const kept = remembered();
-  if (kept && kept.recipe === recipe.key) putSettings(kept.steps);
+  if (kept && kept.recipe === recipe.key && kept.steps.length === recipe.steps.length) putSettings(kept.steps);
   by("recipe").value = recipe.key;
   by("recipe-name").value = `${recipe.name.replace(/^.*[\\/]/, "").replace(/\.mlx$/i, "")}_tuned.mlx`;
 }
@@ -202,7 +202,7 @@ function showScene() {
   const { scan, result, left } = state;
   const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);
   if (shown[2]) shown[2] = { ...shown[2], name: left.name };
-  const colorings = { ...scan.colorings, ...(result || scan).colorings };
+  const colorings = { ...scan.colorings, ...(left && left.scene.colorings), ...(result || scan).colorings };
   if (scan.colorings.curvature) colorings.curvature = scan.colorings.curvature;
   viewer.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
 }
@@ -297,12 +297,12 @@ const answers = {
     if (!told.run || told.run === state.current) complain(told.message);
   },
   problem(told) {
-    running(false, "not run");
+    if (!state.running || (told.asked && state.current !== 0)) running(false, "not run");
     complain(told.message);
     if ("step" in told) by("steps").children[told.step]?.querySelector(`[data-parameter="${CSS.escape(told.parameter)}"]`)?.classList.add("wrong");
   },
   saved(told) { by("state").textContent = `saved: ${told.path}`; },
-  finished(told) { running(false, `written: ${told.files.join(", ")}`); },
+  finished(told) { running(state.running && told.run !== state.current, `written: ${told.files.join(", ")}`); },
   ended(told) { state.ended = told.message; complain(told.message); },
 };
 

@@ -305,10 +305,9 @@ class Viewer {
       bar.style.width = `${length * perUnit}px`;
       bar.textContent = shortNumber(length);
     }
-    const legend = this.root.querySelector("[data-color-bar]");
-    if (legend && legend.dataset.colorBar !== this.style) {
-      const coloring = this.scene.colorings[this.style];
-      legend.dataset.colorBar = this.style;
+    const legend = this.root.querySelector("[data-color-bar]"), coloring = this.scene.colorings[this.style];
+    if (legend && this.labelled !== coloring) {
+      this.labelled = coloring;
       legend.hidden = !coloring;
       if (coloring) {
         const stops = [...Array(17).keys()].map((k) => `rgb(${coloring.colors.slice(3 * Math.min(255, 16 * k), 3 * Math.min(255, 16 * k) + 3)})`);
