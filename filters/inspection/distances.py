@@ -163,7 +163,7 @@ class SurfaceDistance:
             mean_size=mean_size,
             rms=rms,
             standard_deviation=math.sqrt(float(weights @ (d - mean) ** 2)),
-            percentiles=_percentiles(sizes, weights),
+            percentiles=dict(zip(map(str, PERCENTILES), _quantiles(sizes, weights, np.divide(PERCENTILES, 100)), strict=True)),
             within=within,
             mean_error=mean_error,
             mean_size_error=mean_size_error,
@@ -176,9 +176,11 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     """Measures the distances from `to` at about `count` samples of a mesh, at least one on each face, or at all cloud points.
 
     Raises:
-        FilterInputError: not a mesh.
+        FilterInputError: not a mesh, or no vertices.
     """
     points, triangles = check_mesh(vertices, faces)
+    if not len(points):
+        raise FilterInputError("the mesh has no vertices: there is no place to measure at")
     at_vertices = to.nearest(points)
     samples, areas = face_samples(points - to.mesh.middle, triangles, count)
     area = float(areas.sum())
@@ -263,11 +265,10 @@ def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
     return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
 
-def _percentiles(sizes: Floats, weights: Floats) -> dict[str, float]:
-    order = np.argsort(sizes, kind="stable")
+def _quantiles(values: Floats, weights: Floats, shares: Floats) -> list[float]:
+    order = np.argsort(values, kind="stable")
     below = np.cumsum(weights[order])
-    at = np.searchsorted(below, [p / 100.0 * below[-1] for p in PERCENTILES])
-    return {str(p): float(sizes[order[min(k, len(order) - 1)]]) for p, k in zip(PERCENTILES, at, strict=True)}
+    return list(values[order[np.searchsorted(below, shares * below[-1])]].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,9 +321,8 @@ class Thickness(NamedTuple):
 
     def below(self, share: float) -> float:
         """Returns the quantile `share` of the finite values, weighted by area; infinite if no value is finite."""
-        order = np.argsort(self.values)
-        reached = np.cumsum(self.areas[order]) >= share * self.areas[np.isfinite(self.values)].sum()
-        return float(self.values[order][reached.argmax()])
+        finite = np.isfinite(self.values)
+        return _quantiles(self.values[finite], self.areas[finite], np.array([share]))[0] if finite.any() else math.inf
 
 
 def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000) -> Thickness:

@@ -227,6 +227,18 @@ def test_clouds_are_compared(tmp_path: Path) -> None:
     assert found.after["noise"] is None
 
 
+@pytest.mark.parametrize("without_area", [[[0, 0, 1], [1, 1, 2]], [[1, 1, 1]]])
+def test_faces_with_a_vertex_twice_have_no_normals(tmp_path: Path, without_area: Any) -> None:
+    """A mesh of such faces alone is compared as its points, either way round; nothing can be aligned to it, which is said."""
+    vertices, faces = icosphere(1)
+    for pair in ((without_area, faces), (faces, without_area)):
+        found = compared(tmp_path, (vertices, pair[0]), (vertices, pair[1]))
+        assert found.normal_deviation is found.flipped_faces is found.removed_area is None
+    refused = invoke("compare", "--align", tmp_path / "after.ply", tmp_path / "before.ply")
+    assert refused.exit_code == 1
+    assert "after.ply has no faces with an area, which --align needs" in " ".join(refused.stderr.split())
+
+
 def test_distances_from_a_cloud_have_no_side(tmp_path: Path) -> None:
     """For points that lie 0.05 within those of a sphere, text and tables tell 0.05, no side and no area."""
     vertices, faces = icosphere(3)
