@@ -188,17 +188,17 @@ def apply_coord_region_fairing(
         )
     if remesh:
         return _remade(layer, chosen, energy, max(3, iterations), progress)
-    vertices, area_share = layer.vertices, 1.0
+    vertices, area_share, irregular = layer.vertices, 1.0, 0
     for i in range(iterations):
         partial = part_of(progress, i / iterations, (i + 1) / iterations)
         faired = fairing.fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
-        vertices, area_share = faired.vertices, area_share * faired.area_share
+        vertices, area_share, irregular = faired.vertices, area_share * faired.area_share, max(irregular, faired.irregular)
     moved = int(faired.free.sum())
     notes = []
     if moved < chosen.sum():
         notes.append(_staying(chosen, moved, "lie on an open border or have no triangle"))
-    if faired.irregular:
-        notes.append(moving.irregular_note(faired.irregular))
+    if irregular:
+        notes.append(moving.irregular_note(irregular))
     if area_share < 1 / 3:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was, because the vertices that stay around it span a "
