@@ -39,8 +39,8 @@ class Displacement:
 
     vectors: Floats  # (n, 3) from the counterpart to the vertex, in mesh units
     distances: Floats  # (n,) the lengths of the vectors
-    # (n,) if `by_vertex`, the component of the vector along the reference normal, which is 0 for tangential motion; otherwise
-    # the distance, positive outside the reference and negative inside
+    # (n,) if `by_vertex` and the reference vertex has a face, the component of the vector along the normal there, which is 0 for
+    # tangential motion; otherwise the distance, positive outside the reference and negative inside
     signed: Floats
     by_vertex: bool  # whether vertex i was compared with vertex i of the reference
 
@@ -75,9 +75,10 @@ def displacement(
     if correspondence == "surface" or (correspondence == "auto" and not alike):
         nearest = ground.nearest(points, vectors=True)
         return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
-    vectors = points - targets
-    heights = np.einsum("ij,ij->i", vectors, ground.normals_at_vertices())
-    return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)
+    vectors, normals = points - targets, ground.normals_at_vertices()
+    distances = vector_lengths(vectors)
+    heights = np.where(normals.any(axis=1), np.einsum("ij,ij->i", vectors, normals), distances)
+    return Displacement(vectors, distances, heights, by_vertex=True)
 
 
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
