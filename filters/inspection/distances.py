@@ -11,7 +11,7 @@ from ..checks import FilterInputError, check_choice
 from ..execution import blocks
 from ..geometry import face_areas, face_normals, vector_lengths
 from ..libraries import spatial
-from ..mesh import Floats, Ints, Longs, check_mesh
+from ..mesh import Floats, Ints, Longs, check_mesh, normalised_mesh
 from .surface import NearestPlaces, Surface
 
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
@@ -286,7 +286,7 @@ class Alignment:
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
     """Aligns a mesh or a cloud, rotated by at most a few degrees, to a surface with faces by point-to-plane ICP [chen1992]."""
-    middle = vertices.mean(axis=0)
+    middle = normalised_mesh(vertices, faces).middle
     local = vertices - middle
     face_of_sample, _ = face_samples(local, faces, _ALIGNED)
     rows = np.arange(0, len(face_of_sample), max(1, len(face_of_sample) // _ALIGNED))
@@ -346,7 +346,7 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
     places = sample_places(points, triangles, samples, np.arange(0, len(samples), step))
     face_normal = face_normals(points, triangles)
     normals = face_normal[samples[::step]]
-    radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
+    radii = np.full(len(normals), surface.mesh.diagonal / surface.mesh.scale)
     thickness = np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_BALLS):
