@@ -48,14 +48,12 @@ def apply_coord_bilaplacian_smoothing(
             beforehand. Larger keeps only sharper ridges.
         feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
     """
-    if weight == 0.0 and detail_size == 0.0:
-        raise moving.no_amount(layer, "weight")
-    before = 0.3 if features == "curvature" else 0.0
-    weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
     if weight:  # converted to a length: the weight per mean edge^4 may overflow
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
-        raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
+        raise moving.no_amount(layer, "weight")
+    before = 0.3 if features == "curvature" else 0.0
+    weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
     if detail_size < 0.0 and weights is not None:
         raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
@@ -188,17 +186,17 @@ def apply_coord_region_fairing(
         )
     if remesh:
         return _remade(layer, chosen, energy, max(3, iterations), progress)
-    vertices, area_share = layer.vertices, 1.0
+    vertices, area_share, irregular = layer.vertices, 1.0, 0
     for i in range(iterations):
         partial = part_of(progress, i / iterations, (i + 1) / iterations)
         faired = fairing.fair_region(vertices, layer.faces, chosen, energy=energy, progress=partial)
-        vertices, area_share = faired.vertices, area_share * faired.area_share
+        vertices, area_share, irregular = faired.vertices, area_share * faired.area_share, max(irregular, faired.irregular)
     moved = int(faired.free.sum())
     notes = []
     if moved < chosen.sum():
         notes.append(_staying(chosen, moved, "lie on an open border or have no triangle"))
-    if faired.irregular:
-        notes.append(moving.irregular_note(faired.irregular))
+    if irregular:
+        notes.append(moving.irregular_note(irregular))
     if area_share < 1 / 3:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was, because the vertices that stay around it span a "

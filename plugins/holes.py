@@ -124,4 +124,4 @@ def _notes(layer: Layer, filling: HoleFilling, energy: HoleEnergy, lower: list[i
     notes += [f"{rim.message}; it is around {point_text(points[rim.vertices].mean(axis=0))}" for rim in left[:MOST_NAMED]]
     if outer := sum(rim.reason == "outer" for rim in filling.left_open):
         notes.append(f"outer borders of open sheets that were left open: {outer}")
-    return notes
+    return notes or [f"no hole has a selected vertex: {len(filling.left_open)} stay open"]

@@ -46,12 +46,12 @@ DETAIL_SIZE = Percentage(default="6edge", automatic=-1, help=_WAVES + "'auto' ch
 SIZE_ON_CURVES = Percentage(default="12edge", of_edges=True, help=_WAVES + "Only for 'implicit' with weights 'inverse_length'.")
 
 
-def no_amount(layer: Layer, other: str) -> FilterInputError:
+def no_amount(layer: Layer, other: str, amount: str = "detail_size") -> FilterInputError:
     """The error if neither the detail size nor the other parameter gives an amount."""
     if layer.mean_edge == 0.0:
         has_cells = len(layer.faces) or len(layer.edges)
         lacking = "no edge with a length" if has_cells else "only doubled points" if len(layer.vertices) > 1 else "no faces"
-        return FilterInputError(f"the mesh has {lacking}, so that detail_size is 0: nothing to do")
+        return FilterInputError(f"the mesh has {lacking}, so that {amount} is 0: nothing to do")
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
 
 
@@ -111,9 +111,11 @@ def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, 
 
 
 def squared_mean_edge(layer: Layer) -> float:
-    """The squared mean edge length, the unit of time steps; raises `FilterInputError` if the square over- or underflows."""
+    """The squared mean edge length, the unit of time steps; raises `FilterInputError` if it is 0, over- or underflows."""
     squared = layer.mean_edge * layer.mean_edge
-    if layer.mean_edge > 0.0 and not np.finfo(float).tiny <= squared < np.inf:
+    if layer.mean_edge == 0.0:
+        raise no_amount(layer, "", "its mean edge")
+    if not np.finfo(float).tiny <= squared < np.inf:
         raise FilterInputError(
             f"mean edge {layer.mean_edge:.3g} is too {'short' if squared < 1.0 else 'long'} to be squared: scale the mesh"
         )

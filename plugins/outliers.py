@@ -7,12 +7,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, Percentage, mesh_filter
+from pymeshfair.filters import outliers
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.geometry import cross_products, vector_lengths
 from pymeshfair.filters.inspection import Surface
 from pymeshfair.filters.mesh import Bools, Floats, Ints
-from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points, surplus_points
 
 #: `mesh_filter` with the defaults for a filter that selects points of a cloud
 point_selection = partial(
@@ -54,13 +54,13 @@ def compute_selection_by_outlier_probability_per_vertex(
             probabilities, so fewer points are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
-    probabilities = local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
+    probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     selected = probabilities > threshold
     kind = f"outliers with a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
     edit = _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
-    replaced = ("the outlier probabilities replace the vertex scalars of the mesh",)
-    return replace(edit, notes=edit.notes + replaced) if layer.has_vertex_scalars and layer.vertex_scalars.any() else edit
+    has_scalars = layer.has_vertex_scalars and layer.vertex_scalars.any()
+    return replace(edit, notes=(*edit.notes, outliers.REPLACED_SCALARS)) if has_scalars else edit
 
 
 @point_selection(name="Select Stray Points")
@@ -91,7 +91,7 @@ def compute_selection_by_stray_points_per_vertex(
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    stray = stray_points(layer.vertices, **options, progress=progress)
+    stray = outliers.stray_points(layer.vertices, **options, progress=progress)
     return _selection(stray, "part of no surface: alone, in a haze, or in small clumps")
 
 
@@ -107,7 +107,7 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
     """
     if side == 0.0:
         raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
-    return _selection(surplus_points(layer.vertices, side), f"not the first in their cell of {side:g}")
+    return _selection(outliers.surplus_points(layer.vertices, side), f"not the first in their cell of {side:g}")
 
 
 @point_selection(
@@ -131,8 +131,8 @@ def compute_selection_by_distance_from_cloud_per_vertex(
             over wider gaps.
     """
     cloud = layer.other(reference).vertices
-    spacing_at = cloud_spacings(cloud)
-    away = gaps(layer.vertices, cloud, spacing_at)
+    spacing_at = outliers.cloud_spacings(cloud)
+    away = outliers.gaps(layer.vertices, cloud, spacing_at)
     selected = away > spacings
     notes: tuple[str, ...] = ()
     if len(layer.faces):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..libraries import sparse
 from ..linear_solvers import Cholesky
-from ..mesh import Bools, Floats, Ints, check_vertex_mask, mask_of
+from ..mesh import Bools, Floats, Ints, check_mesh, check_vertex_mask, mask_of
 from ..topology import edges
 
 
@@ -32,14 +32,14 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
         (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
 
     Raises:
-        FilterInputError: the arrays do not fit, or another order.
+        FilterInputError: the arrays do not fit, faces that are none, or another order.
     """
     if order not in (1, 2):
         raise FilterInputError(f"order is {order!r}: it must be 1 or 2")
     given = np.asarray(values, dtype=np.float64)
-    triangles = np.asarray(faces)
-    if given.ndim != 2 or (len(triangles) and triangles.max() >= len(given)):
+    if given.ndim != 2 or np.max(faces, initial=-1) >= len(given):
         raise FilterInputError(f"values of shape {given.shape} do not fit: there must be a row for every vertex of the faces")
+    triangles = check_mesh(np.zeros((len(given), 3)), faces)[1]
     return harmonic_continuation(triangles, check_vertex_mask("fixed", fixed, len(given)), order=order)(given)
 
 

@@ -53,8 +53,9 @@ def blend_parts(
         progress: called with the share that is done; may raise to stop.
 
     Raises:
-        FilterInputError: there are no two rims; the rims share a vertex; the product of their numbers of edges is above 400
-            million; the band would have more than `MOST_ADDED` triangles; one of the two components is clearly inside out.
+        FilterInputError: there are no two rims; the rims share a vertex, or one passes a vertex twice; the product of their
+            numbers of edges is above 400 million; the band would have more than `MOST_ADDED` triangles; one of the two components
+            is clearly inside out.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -74,12 +75,10 @@ def facing_rims(
 ) -> tuple[Ints, Ints]:
     """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.
 
-    A rim is a boundary loop that passes no vertex twice. The distance of two rims is the mean distance from the vertices of one
-    to the nearest vertex of the other, averaged over both directions.
+    The distance of two rims is the mean distance from the vertices of one to the nearest vertex of the other, averaged over both
+    directions.
     """
-    rims = [
-        loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
-    ]
+    rims = [loop.vertices for loop in boundary_loops(points, triangles).loops]
     component = connected_components(triangles, len(points))[0]
     if among is not None:
         chosen = check_movable(among, len(points))
@@ -164,8 +163,12 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
     the shortest span, and its sum of squared span lengths is the least. Rows of new vertices divide its spans evenly. The same
     search joins neighbouring rows by triangles, which are equilateral on average.
     """
-    if len(np.intersect1d(a, b)):
-        raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
+    passed, visits = np.unique(np.concatenate([a, b]), return_counts=True)
+    if visits.max() > 1:
+        raise FilterInputError(
+            f"the rims share vertex {passed[visits.argmax()]}, or one passes it twice: a band joins rims that do not touch; "
+            "delete the faces there, or select two other rims"
+        )
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
             f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among all spans between them, at most "

@@ -110,12 +110,13 @@ def close_holes(
     closed, with_islands = [], []
     for k, (hole, inside) in enumerate(holes):
         partial = part_of(forwards, _TRIANGULATION * k / len(holes), _TRIANGULATION * (k + 1) / len(holes))
-        too_many = bool(inside) and sum(len(rim.vertices) for rim in (hole, *inside)) > max(MOST_JOINED, max_edges)
-        if not too_many and patches.add(hole, inside, refine, partial):
+        edges, most = sum(len(rim.vertices) for rim in (hole, *inside)), max(MOST_JOINED, max_edges)
+        if edges <= most and patches.add(hole, inside, refine, partial):
             closed.append(hole.vertices)
             with_islands.append(np.concatenate([np.empty(0, dtype=np.int32), *(rim.vertices for rim in inside)]))
         elif inside:
-            left_open += [left_open_as(hole, "island", ISLAND_IN_IT), *(left_open_as(rim, "island") for rim in inside)]
+            why = f" (together they have {edges:,} edges, more than {most:,})" if edges > most else ""
+            left_open += [left_open_as(hole, "island", ISLAND_IN_IT + why), *(left_open_as(rim, "island") for rim in inside)]
         else:
             left_open.append(left_open_as(hole, "no_triangulation"))
     energies: list[HoleEnergy] = ["none"] * len(closed)

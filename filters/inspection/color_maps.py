@@ -51,7 +51,7 @@ def symmetric_limits(values: Floats, negligible: float = 0.0) -> Limits:
     if not len(sizes):
         return Limits(0.0, 0.0)
     limit = float(np.quantile(sizes, ENCLOSED, overwrite_input=True)) or float(sizes.max())
-    return Limits(-limit, limit)
+    return Limits(0.0 - limit, limit)
 
 
 def diverging_colors(values: Floats, limits: Limits) -> Floats:

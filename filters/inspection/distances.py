@@ -11,7 +11,7 @@ from ..checks import FilterInputError, check_choice
 from ..execution import blocks
 from ..geometry import face_areas, face_normals, vector_lengths
 from ..libraries import spatial
-from ..mesh import Floats, Ints, Longs, check_mesh
+from ..mesh import Floats, Ints, Longs, check_mesh, normalised_mesh
 from .surface import NearestPlaces, Surface
 
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
@@ -39,8 +39,8 @@ class Displacement:
 
     vectors: Floats  # (n, 3) from the counterpart to the vertex, in mesh units
     distances: Floats  # (n,) the lengths of the vectors
-    # (n,) if `by_vertex`, the component of the vector along the reference normal, which is 0 for tangential motion; otherwise
-    # the distance, positive outside the reference and negative inside
+    # (n,) if `by_vertex` and the reference vertex has a face, the component of the vector along the normal there, which is 0 for
+    # tangential motion; otherwise the distance, positive outside the reference and negative inside
     signed: Floats
     by_vertex: bool  # whether vertex i was compared with vertex i of the reference
 
@@ -75,9 +75,10 @@ def displacement(
     if correspondence == "surface" or (correspondence == "auto" and not alike):
         nearest = ground.nearest(points, vectors=True)
         return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
-    vectors = points - targets
-    heights = np.einsum("ij,ij->i", vectors, ground.normals_at_vertices())
-    return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)
+    vectors, normals = points - targets, ground.normals_at_vertices()
+    distances = vector_lengths(vectors)
+    heights = np.where(normals.any(axis=1), np.einsum("ij,ij->i", vectors, normals), distances)
+    return Displacement(vectors, distances, heights, by_vertex=True)
 
 
 def face_samples(vertices: Floats, faces: Ints, count: int) -> tuple[Ints, Floats]:
@@ -163,7 +164,7 @@ class SurfaceDistance:
             mean_size=mean_size,
             rms=rms,
             standard_deviation=math.sqrt(float(weights @ (d - mean) ** 2)),
-            percentiles=_percentiles(sizes, weights),
+            percentiles=dict(zip(map(str, PERCENTILES), _quantiles(sizes, weights, np.divide(PERCENTILES, 100)), strict=True)),
             within=within,
             mean_error=mean_error,
             mean_size_error=mean_size_error,
@@ -176,9 +177,11 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     """Measures the distances from `to` at about `count` samples of a mesh, at least one on each face, or at all cloud points.
 
     Raises:
-        FilterInputError: not a mesh.
+        FilterInputError: not a mesh, or no vertices.
     """
     points, triangles = check_mesh(vertices, faces)
+    if not len(points):
+        raise FilterInputError("the mesh has no vertices: there is no place to measure at")
     at_vertices = to.nearest(points)
     samples, areas = face_samples(points - to.mesh.middle, triangles, count)
     area = float(areas.sum())
@@ -263,11 +266,10 @@ def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
     return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
 
-def _percentiles(sizes: Floats, weights: Floats) -> dict[str, float]:
-    order = np.argsort(sizes, kind="stable")
+def _quantiles(values: Floats, weights: Floats, shares: Floats) -> list[float]:
+    order = np.argsort(values, kind="stable")
     below = np.cumsum(weights[order])
-    at = np.searchsorted(below, [p / 100.0 * below[-1] for p in PERCENTILES])
-    return {str(p): float(sizes[order[min(k, len(order) - 1)]]) for p, k in zip(PERCENTILES, at, strict=True)}
+    return list(values[order[np.searchsorted(below, shares * below[-1])]].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +286,7 @@ class Alignment:
 
 def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
     """Aligns a mesh or a cloud, rotated by at most a few degrees, to a surface with faces by point-to-plane ICP [chen1992]."""
-    middle = vertices.mean(axis=0)
+    middle = normalised_mesh(vertices, faces).middle
     local = vertices - middle
     face_of_sample, _ = face_samples(local, faces, _ALIGNED)
     rows = np.arange(0, len(face_of_sample), max(1, len(face_of_sample) // _ALIGNED))
@@ -320,9 +322,8 @@ class Thickness(NamedTuple):
 
     def below(self, share: float) -> float:
         """Returns the quantile `share` of the finite values, weighted by area; infinite if no value is finite."""
-        order = np.argsort(self.values)
-        reached = np.cumsum(self.areas[order]) >= share * self.areas[np.isfinite(self.values)].sum()
-        return float(self.values[order][reached.argmax()])
+        finite = np.isfinite(self.values)
+        return _quantiles(self.values[finite], self.areas[finite], np.array([share]))[0] if finite.any() else math.inf
 
 
 def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000) -> Thickness:
@@ -345,7 +346,7 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
     places = sample_places(points, triangles, samples, np.arange(0, len(samples), step))
     face_normal = face_normals(points, triangles)
     normals = face_normal[samples[::step]]
-    radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
+    radii = np.full(len(normals), surface.mesh.diagonal / surface.mesh.scale)
     thickness = np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_BALLS):

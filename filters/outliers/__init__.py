@@ -1,6 +1,7 @@
 """Outliers of point clouds and of reconstructions, found by the distances to neighbours."""
 
 from .local_outlier_probability import (
+    REPLACED_SCALARS,
     SPREAD_BLOCK,
     compare_rows,
     local_outlier_probability,
@@ -15,6 +16,7 @@ from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, l
 __all__ = [
     "JOINED",
     "NO_LINK",
+    "REPLACED_SCALARS",
     "SPREAD_BLOCK",
     "StrayRule",
     "cloud_spacings",

@@ -45,6 +45,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
 
     Coordinates matter only at vertices with three or more fans of faces.
     """
+    faces = np.ascontiguousarray(faces, dtype=np.int32)
     by_edge = faces_by_edge(faces)
     border, at = listed_edges(*by_edge, 1, 1, columns=2)
     if len(border) == 0:

@@ -187,6 +187,15 @@ def test_what_cannot_be_joined_is_refused() -> None:
         facing_rims(*grid())
 
 
+def test_a_rim_that_passes_a_vertex_twice_is_not_passed_over() -> None:
+    """With a triangle that hangs at a vertex of the facing rim no other rims are joined: the vertex is named."""
+    vertices, faces = two_tubes()
+    n, at = len(vertices), np.flatnonzero(np.isclose(vertices[:, 2], 3.0))[0]
+    hanging = np.concatenate([vertices, vertices[[at, at]] + np.array([[0.0, 0.1, 0.3], [0.0, -0.1, 0.3]])])
+    with pytest.raises(FilterInputError, match=rf"the rims share vertex {at}, or one passes it twice"):
+        blend_parts(hanging, np.concatenate([faces, [[at, n, n + 1]]]))
+
+
 def opened(vertices: Floats, faces: Ints, *centres: tuple[float, float, float], radius: float = 0.4) -> Mesh:
     """The mesh without the faces whose centroids lie within `radius` of one of the centres."""
     middles = vertices[faces].mean(axis=1)

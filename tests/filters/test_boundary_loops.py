@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
 from hypothesis import given
 from numpy.typing import NDArray
 
@@ -49,6 +52,15 @@ def test_a_hole_and_the_outer_border_are_two_loops_against_the_faces() -> None:
         assert {(b, a) for a, b in along(loop)} <= set(directed(faces))
         for (a, b), c in zip(along(loop), loop.opposite.tolist(), strict=True):
             assert frozenset((a, b, c)) in triangles
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint8, np.uint32])
+def test_faces_may_be_whole_numbers_of_any_kind(kind: Any) -> None:
+    """Also unsigned ones, as trimesh and files have them."""
+    vertices, faces = grid(4, 4)
+    (found,), (expected,) = (boundary_loops(vertices, np.asarray(cells)).loops for cells in (faces.astype(kind), faces))
+    assert np.array_equal(found.vertices, expected.vertices)
+    assert found.vertices.dtype == np.int32
 
 
 def test_a_tube_has_two_loops() -> None:

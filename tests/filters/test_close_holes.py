@@ -358,6 +358,15 @@ def test_an_island_may_have_any_number_of_edges() -> None:
     assert len(filling.islands[0]) == sizes["outer"]
 
 
+def test_a_hole_with_more_edges_than_can_be_joined_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The number of edges of the hole together with its island is told, and the largest number."""
+    mesh = cap_cut(4, 0.5, 0.15)
+    edges = sum(len(rim.vertices) for rim in close_holes(*mesh, max_edges=3).left_open)
+    monkeypatch.setattr("pymeshfair.filters.holes.closing.MOST_JOINED", 10)
+    messages = [rim.message for rim in close_holes(*mesh, max_edges=edges - 1).left_open]
+    assert sum(f"(together they have {edges} edges, more than {edges - 1})" in message for message in messages) == 1
+
+
 @pytest.mark.parametrize("way", ["seam", "island"])
 def test_a_hole_stays_open_if_its_island_cannot_be_joined(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither is filled through where the island's vertices lie in pairs in the same places or no triangulation is found."""

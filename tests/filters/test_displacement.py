@@ -93,6 +93,15 @@ def test_clouds_are_compared_point_by_point() -> None:
     np.testing.assert_array_equal(found.distances, [2.0, 1.0])
 
 
+def test_a_point_without_a_face_is_displaced_by_its_distance() -> None:
+    """Compared by number, a moved cloud, and a vertex without a face, have the signed distance that they have moved, not 0."""
+    vertices, faces = icosphere(1)
+    moved = vertices + np.array([0.0, 0.3, 0.4])
+    np.testing.assert_allclose(displacement(moved, NO_FACES, vertices, NO_FACES, correspondence="vertex").signed, 0.5, rtol=1e-12)
+    loose = np.concatenate([vertices, [[3.0, 0.0, 0.0]]])
+    assert displacement(loose * 2.0, faces, loose, faces).signed[-1] == 3.0
+
+
 def test_vertices_that_cannot_correspond_are_refused() -> None:
     """Other numbers of vertices, and an empty reference, are named with what to do."""
     vertices, faces = grid()

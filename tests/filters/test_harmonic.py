@@ -65,5 +65,9 @@ def test_what_no_known_value_reaches_stays() -> None:
     np.testing.assert_allclose(found[:, 0], [2.0, 2.0, 2.0, 3.0, 4.0, 5.0], atol=1e-15)
     with pytest.raises(FilterInputError, match="there must be a row for every vertex"):
         harmonic_values([[0, 1, 6]], values, np.arange(6) == 2)
+    for faces in ([[0, 1, -1]], [[0, 1, 2, 3]], [[0.4, 1.0, 2.0]]):
+        with pytest.raises(FilterInputError, match=r"^face"):
+            harmonic_values(faces, values, np.arange(6) == 2)
+    assert np.array_equal(harmonic_values([], values, np.arange(6) == 2), values)
     with pytest.raises(FilterInputError, match="order is 3: it must be 1 or 2"):
         harmonic_values([[0, 1, 2]], values, np.arange(6) == 2, order=3)  # type: ignore[arg-type]

@@ -64,6 +64,14 @@ def test_the_smallest_part_decides_about_islands() -> None:
     assert np.array_equal(stray_points(points, smallest_part=151), np.arange(4150) >= 4000)
 
 
+def test_points_without_a_measurement_at_the_origin_do_not_hide_the_haze() -> None:
+    """Of a haze of 1,000 points as many are found where more than half of the points are at one place; the sphere stays."""
+    points = np.concatenate([sphere(8000), np.random.default_rng(0).uniform(2.0, 8.0, (1000, 3))])
+    stray = stray_points(np.concatenate([points, np.zeros((9001, 3))]))
+    assert np.array_equal(stray[:9000], stray_points(points))
+    assert stray[8000:9000].mean() > 0.9
+
+
 def test_place_size_and_order_make_no_difference() -> None:
     """The same points are stray when the cloud is moved, turned, scaled by 2^40 and shuffled."""
     points, stray = littered(5)

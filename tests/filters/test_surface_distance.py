@@ -9,6 +9,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.inspection import Surface, SurfaceDistance, surface_distance
 from pymeshfair.filters.inspection.surface import TriangleTree
 from tests.meshes import Mesh, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, sample, subdivided, torus
@@ -232,6 +233,12 @@ def test_a_vertex_that_no_face_uses_is_no_place_of_the_surface() -> None:
     distance = surface_distance(1.01 * with_stray, faces, Surface.of(with_stray, faces))
     assert distance.largest == pytest.approx(0.01, rel=0.05)
     assert distance.at_most < 0.011
+
+
+def test_nothing_has_no_distance() -> None:
+    """A mesh without vertices is refused in words."""
+    with pytest.raises(FilterInputError, match="no vertices"):
+        surface_distance(np.empty((0, 3)), np.empty((0, 3), np.int32), Surface.of(*cube()))
 
 
 def test_the_nearest_triangle_is_that_of_a_slow_search() -> None:

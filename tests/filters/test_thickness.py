@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.inspection import wall_thickness
+from pymeshfair.filters.inspection import Thickness, wall_thickness
 from tests.meshes import icosphere
 
 
@@ -38,6 +38,19 @@ def test_the_thickness_scales_and_the_place_does_not_matter() -> None:
     vertices, faces = box(3.0, 2.0, 0.5)
     here, there = wall_thickness(vertices, faces, count=300), wall_thickness(25.4 * vertices + 1e5, faces, count=300)
     np.testing.assert_allclose(there.values, 25.4 * here.values, rtol=1e-6)
+
+
+def test_a_vertex_without_a_face_makes_no_wall_vanish() -> None:
+    """A thin slab has its thickness also where such a vertex lies ten thousand million times as far away."""
+    vertices, faces = box(1.0, 1.0, 1e-4)
+    found = wall_thickness(np.concatenate([vertices, [[1e6, 0.0, 0.0]]]), faces, count=500)
+    assert found.below(0.5) == pytest.approx(1e-4, rel=1e-6)
+
+
+def test_nothing_is_thicker_than_the_share_of_all() -> None:
+    """The quantile of the whole area is the largest finite thickness, also where the sums of areas differ by rounding."""
+    values, areas = np.array([0.3, 0.1, np.inf, 0.2]), np.array([0.1, 0.2, 0.7, 0.3])
+    assert Thickness(values, np.zeros((4, 3)), areas).below(1.0) == 0.3
 
 
 def test_a_cloud_has_no_walls() -> None:

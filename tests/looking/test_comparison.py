@@ -17,6 +17,7 @@ from pymeshfair.files.formats import contents_of
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.filters.denoising import estimate_noise
+from pymeshfair.filters.inspection import Surface, align
 from pymeshfair.looking.comparison import Comparison, compare, state_of
 from pymeshfair.looking.picture import COLORINGS
 from pymeshfair.looking.words import area_table, comparison_lines, distance_table, verdict_text
@@ -227,6 +228,18 @@ def test_clouds_are_compared(tmp_path: Path) -> None:
     assert found.after["noise"] is None
 
 
+@pytest.mark.parametrize("without_area", [[[0, 0, 1], [1, 1, 2]], [[1, 1, 1]]])
+def test_faces_with_a_vertex_twice_have_no_normals(tmp_path: Path, without_area: Any) -> None:
+    """A mesh of such faces alone is compared as its points, either way round; nothing can be aligned to it, which is said."""
+    vertices, faces = icosphere(1)
+    for pair in ((without_area, faces), (faces, without_area)):
+        found = compared(tmp_path, (vertices, pair[0]), (vertices, pair[1]))
+        assert found.normal_deviation is found.flipped_faces is found.removed_area is None
+    refused = invoke("compare", "--align", tmp_path / "after.ply", tmp_path / "before.ply")
+    assert refused.exit_code == 1
+    assert "after.ply has no faces with an area, which --align needs" in " ".join(refused.stderr.split())
+
+
 def test_distances_from_a_cloud_have_no_side(tmp_path: Path) -> None:
     """For points that lie 0.05 within those of a sphere, text and tables tell 0.05, no side and no area."""
     vertices, faces = icosphere(3)
@@ -380,6 +393,17 @@ def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     refused = invoke("compare", tmp_path / "a.ply", tmp_path / "far.ply", *options)
     assert refused.exit_code == 1
     assert "do not overlap" in refused.stderr
+
+
+def test_a_vertex_without_a_face_is_no_part_of_an_alignment(tmp_path: Path) -> None:
+    """Far from the origin, where such a vertex lies, an egg turned by 4 degrees comes back onto itself."""
+    vertices, faces = icosphere(3)
+    egg, a = vertices * [1.0, 1.5, 2.0] + 0.05 * np.sin(5 * vertices[:, [1, 2, 0]]), math.radians(4.0)
+    turned = egg @ np.array([[math.cos(a), math.sin(a), 0.0], [-math.sin(a), math.cos(a), 0.0], [0.0, 0.0, 1.0]])
+    place = np.array([5e5, 5.5e6, 300.0])
+    found = align(np.concatenate([turned + place, [[0.0, 0.0, 0.0]]]), faces, Surface.of(egg + place, faces))
+    assert found.degrees == pytest.approx(4.0, abs=1e-6)
+    np.testing.assert_allclose(found.vertices[:-1], egg + place, rtol=0, atol=1e-8)
 
 
 def test_the_noise_is_what_info_says(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
 from pymeshfair.plugins import fairing
+from pymeshfair.plugins.moving_vertices import irregular_note
 from tests.filters.test_blend import two_opened_spheres, two_tubes
 from tests.host.snapshots import NORMALS, add_attributes, differences, everything
 from tests.meshes import (
@@ -263,6 +264,19 @@ def test_a_region_that_shrinks_to_what_holds_it_is_told() -> None:
     select(meshes, "vi != 5")
     with pytest.raises(pymeshlab.PyMeshLabException, match="are held by 1 fixed vertex alone, such as 5, and would shrink"):
         meshes.apply_filter(REGION)
+
+
+@pytest.mark.parametrize("iterations", [1, 2])
+def test_the_first_solution_of_several_is_noted(iterations: int) -> None:
+    """Connectivity alone places a cap squashed to a line, which makes it regular for a second solution: told both times."""
+    vertices, faces = icosphere(3)
+    vertices[vertices[:, 2] > 0.7] *= [1.0, 1e-6, 1.0]
+    meshes = mesh_set((vertices, faces))
+    notes: list[str] = []
+    meshes.on_note = notes.append
+    select(meshes, "z > 0.7")
+    meshes.apply_filter(REGION, energy="minimum_variation", iterations=iterations)
+    assert notes == [irregular_note(101)]
 
 
 def test_necks_in_doubt_are_told() -> None:

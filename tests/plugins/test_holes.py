@@ -117,6 +117,14 @@ def test_nothing_selected_is_said() -> None:
         meshes.meshing_close_holes_by_fairing(selected=True)
 
 
+def test_a_selection_away_from_all_holes_is_said() -> None:
+    """Where no hole has a selected vertex nothing is closed, and a note tells how many stay open."""
+    meshes, notes = mesh_set(cut_ball())
+    meshes.compute_selection_by_condition_per_vertex(condselect="z > -0.1 && z < 0.1")
+    meshes.meshing_close_holes_by_fairing(selected=True)
+    assert notes == ["no hole has a selected vertex: 2 stay open"]
+
+
 def test_large_holes_are_left_and_named() -> None:
     """A rim of more edges than allowed stays; the sentence has its length and the bound; nothing is selected then."""
     meshes, notes = mesh_set(cut_ball())

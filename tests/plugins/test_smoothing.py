@@ -33,3 +33,6 @@ def test_doubled_points_are_named_as_the_cause() -> None:
     meshes.add_mesh(pymeshlab.Mesh(np.repeat(icosphere(2)[0], 2, axis=0)))
     with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only doubled points, so that detail_size is 0"):
         meshes.apply_filter("apply_coord_implicit_fairing", operator="robust")
+    for name, values in (("apply_coord_implicit_fairing", {"time_step": 1.0}), ("apply_coord_explicit_smoothing", {"step": 1.0})):
+        with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only doubled points, so that its mean edge is 0"):
+            meshes.apply_filter(name, operator="robust", **values)

@@ -16,7 +16,7 @@ from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from pymeshfair.filters.spectral.spectrum import spectrum
 from pymeshfair.plugins import spectral
 from pymeshfair.recipe import load_recipe
-from tests.meshes import AWKWARD, Mesh, icosphere, noisy, tube, two_spheres
+from tests.meshes import AWKWARD, Mesh, grid, icosphere, noisy, tube, two_spheres
 
 NAMES = ("apply_coord_spectral_filter", "compute_scalar_by_manifold_harmonic_per_vertex", "get_surface_spectrum")
 DECLARED: list[Filter] = [getattr(spectral, name) for name in NAMES]
@@ -159,6 +159,19 @@ def test_a_body_without_room_for_the_waves_is_named() -> None:
     meshes.apply_coord_detail_enhancement(detail_size="6edge", largest_size="120edge")
     assert "parts thinner than the longest wave stay; a smaller largest_size moves them" in notes[-1]
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), vertices * (1.0, 0.8, 0.6), atol=1e-3)
+
+
+def test_borders_and_the_selection_are_causes_too() -> None:
+    """A wavy sheet far smaller than the waves hardly moves near its borders, as a note says; a selected vertex needs no cause."""
+    vertices, faces = grid(12, 12)
+    vertices[:, 2] += np.sin(vertices[:, 0])
+    meshes, notes = mesh_set((vertices, faces)), list[str]()
+    meshes.on_note = notes.append
+    for selected in (False, True):
+        meshes.compute_selection_by_condition_per_vertex(condselect="x < 0.1 && y < 0.1")
+        meshes.apply_filter("apply_coord_detail_enhancement", detail_size="6edge", largest_size="500edge", selected=selected)
+    assert [note for note in notes if "hardly anything moved" in note] == [notes[1]]
+    assert "vertices nearer to a border, and parts thinner than the longest wave stay" in notes[1]
 
 
 def test_each_filter_is_in_its_menu() -> None:

@@ -136,8 +136,8 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
 
     for read in (before, after):
         check_size(read)
-    if not len(before.mesh.faces):
-        raise MeshError(f"{before.path.name} has no faces, which --align needs")
+    if not before.measures["area"]:
+        raise MeshError(f"{before.path.name} has no faces with an area, which --align needs")
     (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
     if (most < low).any() or (least > high).any():
         raise MeshError(

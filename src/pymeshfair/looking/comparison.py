@@ -285,9 +285,9 @@ def _change(before: float | None, after: float | None) -> float | None:
 def _faces(
     before: MeshState, after: MeshState, samples: SurfaceDistance, samples_before: SurfaceDistance, *, same_faces: bool
 ) -> dict[str, Any]:
-    """Compares normals and areas of faces at the samples of two meshes; all values are None if a mesh has no faces."""
+    """Compares normals and areas of faces at the samples of two meshes; all values are None if a mesh has no area."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
-    if not (len(before.mesh.faces) and len(after.mesh.faces)):
+    if not (before.measures["area"] and after.measures["area"]):
         return dict.fromkeys(names)
     before_normals, after_normals = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
     angles, has_angle = np.empty(len(samples.faces)), np.empty(len(samples.faces), dtype=np.bool_)

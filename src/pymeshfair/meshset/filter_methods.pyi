@@ -3052,8 +3052,8 @@ class FilterMethods(metaclass=LateMethods):
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
                 reference; 'auto' takes 'vertex' if the two layers have as many vertices, and the same faces.
-            signed: Values are negative on the inner side of the reference; for 'vertex' they are the components along its
-                normals.
+            signed: Values are negative on the inner side of the reference; for 'vertex' the components along its normals, if
+                any.
             color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:

@@ -193,7 +193,7 @@ def do_step(
     replaces = step.filter == LOOP and (cloud.scalars.path.exists() or cloud.source.has("scalars"))
     values = tasks.run(cloud.take, step, results, tiles, size, target)
     if replaces:
-        values["notes"] = ("the outlier probabilities replace the vertex scalars of the mesh",)
+        values["notes"] = (outliers.REPLACED_SCALARS,)
     shutil.rmtree(folder, ignore_errors=True)
     progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:

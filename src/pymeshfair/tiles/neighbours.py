@@ -246,14 +246,15 @@ class StrayTiles(PointTiles):
         return outliers.thicknesses(np.concatenate([points, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
 
     def median(self, size: int) -> float:
-        """Returns the lower median of the spacings, read `size` at a time; each of four passes finds 16 bits of the median."""
-        rank, prefix = (self.cells.count - 1) // 2, 0
+        """Returns the lower median of the spacings above 0, read `size` at a time; each of four passes finds 16 bits of it."""
+        rank, prefix = 0, 0
         for shift in (48, 32, 16, 0):
             counts = np.zeros(1 << 16, np.int64)
             for spacings in self.spacings.slices(size):
-                bits = spacings.view(np.uint64)  # non-negative floats have the same order as their bits
+                bits = spacings[spacings > 0.0].view(np.uint64)  # non-negative floats have the same order as their bits
                 fits = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
                 counts += np.bincount(((bits[fits] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
+            rank = rank if shift < 48 else (int(counts.sum()) - 1) // 2
             digit = int(np.searchsorted(np.cumsum(counts), rank, "right"))
             rank -= int(counts[:digit].sum())
             prefix = prefix << 16 | digit
