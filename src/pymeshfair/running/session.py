@@ -256,7 +256,7 @@ class Session:
                 faults = list(print_faults(read_file(staged[0].staged).mesh, self._stage / "checked", wrapped=wrapped))
                 output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
                 broken += faults
-                if not broken:
+                if not broken and steps:
                     notes = self._print_notes(before.mesh, after.mesh, wrapped=wrapped)
                     steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *notes)))
         except OSError as error:
