@@ -31,8 +31,8 @@ class Finding:
 
 
 def doctor(
-    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list files that killed runs left in FOLDER.")] = None,
-    remove: Annotated[bool, Option("--remove", help="Remove the files that killed runs left in FOLDER.")] = False,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list folders that killed runs left in FOLDER.")] = None,
+    remove: Annotated[bool, Option("--remove", help="Remove the folders that killed runs left in FOLDER.")] = False,
     warm: Annotated[bool, Option("--warm", help="First compile all filters, for example for a container's image.")] = False,
     json: Json = False,
 ) -> None:
@@ -43,7 +43,7 @@ def doctor(
         say("compiling filters for this machine", err=True)
         warn(*(f"not compiled: {failure}" for failure in (*compile_ahead(listed_signatures()), *_compile_others())))
     if remove and folder is None:
-        raise typer.BadParameter("it needs the FOLDER to remove files from", param_hint="--remove")
+        raise typer.BadParameter("it needs the FOLDER to remove folders from", param_hint="--remove")
     findings = []
     for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
