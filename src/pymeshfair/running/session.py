@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError, reason_of
@@ -136,7 +138,9 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
+            mirrors = len(result.faces) and np.linalg.det(result.matrix) < 0.0
+            turned = ", and turns the faces to the other side: Invert Faces Orientation turns them back" if mirrors else ""
+            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{turned}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
         return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
