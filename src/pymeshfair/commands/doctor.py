@@ -14,7 +14,7 @@ import typer
 from typer import Argument, Option
 
 from .options import Json
-from .streams import print_document, say, warn
+from .streams import print_document, printable, say, warn
 
 #: the least free space, in bytes: `verify` and other commands write copies of a scan to the folder for temporary files
 _ENOUGH_DISK = 1 << 30
@@ -49,7 +49,8 @@ def doctor(
         findings.append(finding)
         if not json:
             mark = typer.style("ok   ", fg="green") if finding.ok else typer.style("WRONG", fg="red")
-            typer.echo(f"{mark}  {finding.name:<12}  {finding.detail}" + (f"\n{'':21}{finding.advice}" if finding.advice else ""))
+            text = f"{finding.name:<12}  {finding.detail}" + (f"\n{'':21}{finding.advice}" if finding.advice else "")
+            typer.echo(f"{mark}  {printable(text)}")
     wrong = [f.name for f in findings if not f.ok]
     message = f"something is wrong with {', '.join(wrong)}" if wrong else "all is well"
     if json:
