@@ -16,7 +16,7 @@ from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adjacency, faces_across, referenced_vertices
 
-from .moving_vertices import NOTHING_TO_REMOVE, Border, Selected, movable_vertices, reported, vertex_smoother
+from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
 
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
@@ -135,17 +135,10 @@ def apply_coord_normal_filtering(
     steps = {name: filtering.pop(name) for name in denoising.PREPARATION}
     remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
     vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
-    notes: tuple[str, ...] = ()
-    if made is not None and not set_values:
-        if compare:
-            findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
-        if made.kind == "clean":
-            notes = (NOTHING_TO_REMOVE,)
-        elif made.kind == "correlated" and made.setting.rounding == "keep" and border_vertices(layer.faces, len(vertices)).any():
-            notes = (
-                "neighbouring vertices share their noise, and the border does not count in the choice of the filter: faces at "
-                "the border, as at silhouettes, may be farther from the true surface than before",
-            )
+    if made is not None and not set_values and compare:
+        findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
+    is_open = bool(border_vertices(layer.faces, len(vertices)).any())
+    notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=(*notes, *_warnings(layer, before, after)))
@@ -346,7 +339,7 @@ def apply_coord_bilateral_projection_of_points(
         values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
-            return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
+            return Edit(vertices=layer.vertices, values=values, notes=(denoising.NOTHING_TO_REMOVE,))
         neighbors, options["range_sigma"], iterations, degree = chosen
         progress = part_of(progress, 0.8, 1.0)
     options |= {"neighbors": neighbors, "iterations": iterations, "degree": degree}

@@ -9,7 +9,7 @@ import numpy as np
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
-from pymeshfair.filters.denoising import unfolded
+from pymeshfair.filters.denoising import NOTHING_TO_REMOVE, unfolded
 from pymeshfair.filters.evidence import Choice
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.mesh import Bools, Floats, Ints, check_points, normalised_mesh
@@ -21,7 +21,6 @@ MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FA
 ADDS_ELEMENTS = MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT
 #: `mesh_filter` with the defaults for a filter that smooths a mesh by moving its vertices
 vertex_smoother = partial(mesh_filter, classes=FilterClass.SMOOTHING, requires=MeshElement.FACENUMBER, changes=MOVES_VERTICES)
-NOTHING_TO_REMOVE = "no noise was found that can be removed safely: the vertices stay where they are"  # if nothing is chosen
 #: a smoother called with vertices, faces, amount, and the keywords `movable` and `progress`
 Smooth: TypeAlias = Callable[..., Floats]
 Selected: TypeAlias = Annotated[

@@ -1,5 +1,6 @@
 """Filters that select points: outliers, stray points, surplus points, vertices far from a cloud."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
@@ -20,10 +21,10 @@ point_selection = partial(
 )
 
 
-def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
-    """Selects points and reports their number; a note says what `kind` they are."""
+def _selection(selected: Bools, parameters: Mapping[str, Any], scalars: Floats | None = None, **report: float) -> Edit:
+    """Selects points and reports their number; a note says what they are."""
     count = int(np.count_nonzero(selected))
-    notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
+    notes = outliers.found_words(count, len(selected), parameters)
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
@@ -55,10 +56,8 @@ def compute_selection_by_outlier_probability_per_vertex(
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
-    selected = probabilities > threshold
-    kind = f"outliers with a probability above {threshold:g}"
-    largest, mean = float(probabilities.max()), float(probabilities.mean())
-    edit = _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
+    report = {"largest_probability": float(probabilities.max()), "mean_probability": float(probabilities.mean())}
+    edit = _selection(probabilities > threshold, {"threshold": threshold}, probabilities, **report)
     has_scalars = layer.has_vertex_scalars and layer.vertex_scalars.any()
     return replace(edit, notes=(*edit.notes, outliers.REPLACED_SCALARS)) if has_scalars else edit
 
@@ -91,8 +90,7 @@ def compute_selection_by_stray_points_per_vertex(
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    stray = outliers.stray_points(layer.vertices, **options, progress=progress)
-    return _selection(stray, "part of no surface: alone, in a haze, or in small clumps")
+    return _selection(outliers.stray_points(layer.vertices, **options, progress=progress), options)
 
 
 @point_selection(name="Select Surplus Points")
@@ -105,9 +103,7 @@ def compute_selection_by_grid_per_vertex(layer: Layer, *, side: Annotated[float,
     Args:
         side: The side of the cells. Larger leaves fewer points.
     """
-    if side == 0.0:
-        raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
-    return _selection(outliers.surplus_points(layer.vertices, side), f"not the first in their cell of {side:g}")
+    return _selection(outliers.surplus_points(layer.vertices, side), {"side": side})
 
 
 @point_selection(

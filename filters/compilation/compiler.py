@@ -62,6 +62,9 @@ class Compiler:
             except (OSError, EOFError) as error:
                 self.__dict__.pop("_process", None)
                 raise CompilationError(f"the process that compiles {module}.{name} has ended") from error
+            except BaseException:
+                self.close()  # else the next caller would get the answer to this request
+                raise
         if isinstance(answer, str):
             raise CompilationError(f"{module}.{name}: {answer}")
         return MachineCode(*answer)

@@ -12,7 +12,7 @@ from .clouds import (
     smoothed_directions,
     unit_normals,
 )
-from .completion import PREPARATION, Chooser, parameters_for_mesh, parameters_without_mesh
+from .completion import NOTHING_TO_REMOVE, PREPARATION, Chooser, notes_of_choice, parameters_for_mesh, parameters_without_mesh
 from .correlated_noise import shared_noise
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers, replace_outlying
@@ -45,6 +45,7 @@ from .vertex_update import VertexUpdate
 __all__ = [
     "FIXED",
     "HALF_WAY",
+    "NOTHING_TO_REMOVE",
     "PREPARATION",
     "REPERTOIRE",
     "RINGS_OF_UNFOLDING",
@@ -84,6 +85,7 @@ __all__ = [
     "noise_floor",
     "normal_filtering",
     "normals_of",
+    "notes_of_choice",
     "parameters_for_mesh",
     "parameters_without_mesh",
     "projections",

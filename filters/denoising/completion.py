@@ -22,6 +22,8 @@ DEFAULTS: dict[str, Any] = {
     **{name: _STEPS[name].default for name in ("vertex_iterations", "outer_iterations", "vertex_update")},
     **{name: getattr(Setting(), name) for name in PREPARATION},
 }
+#: the sentence of a filter that has found nothing to do
+NOTHING_TO_REMOVE = "no noise was found that can be removed safely: the vertices stay where they are"
 
 
 def parameters_without_mesh(set_values: Mapping[str, Any], choice: Chooser) -> dict[str, Any] | None:
@@ -48,3 +50,16 @@ def parameters_for_mesh(
         chosen = {} if set_values else {"outer_iterations": 0}
     before = {name: getattr(made.setting, name) for name in PREPARATION}
     return {**DEFAULTS, **chosen, **before, **set_values}, made
+
+
+def notes_of_choice(made: AutomaticChoice | None, set_values: Mapping[str, Any], *, is_open: bool) -> tuple[str, ...]:
+    """Sentences on a choice of all parameters, made for a mesh that has borders if `is_open`; none on other choices."""
+    if made is None or set_values:
+        return ()
+    if made.kind == "clean":
+        return (NOTHING_TO_REMOVE,)
+    text = (
+        "neighbouring vertices share their noise, and the border does not count in the choice of the filter: faces at "
+        "the border, as at silhouettes, may be farther from the true surface than before"
+    )
+    return (text,) if made.kind == "correlated" and made.setting.rounding == "keep" and is_open else ()

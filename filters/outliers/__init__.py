@@ -10,7 +10,7 @@ from .local_outlier_probability import (
     spread_of,
     standard_distances,
 )
-from .spacing import cloud_spacings, gaps, grid_cells, surplus_points
+from .spacing import cloud_spacings, found_words, gaps, grid_cells, surplus_points
 from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "cloud_spacings",
     "compare_rows",
     "cut_links",
+    "found_words",
     "gaps",
     "grid_cells",
     "linked_parts",

@@ -1,5 +1,8 @@
 """Finds surface without data in a reconstruction, by the spacing of the cloud, and surplus points, by the cells of a grid."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,6 +16,12 @@ _NEIGHBOURS = 6
 #: A place is sparse if the median spacing at the nearest `_AROUND` points is over 1 / `_SHARE` times the spacing of the cloud.
 #: Borders and clouds of random points hardly ever have such a median.
 _AROUND, _SHARE = 20, 2.0 / 3.0
+#: what points are that a filter has found, by the parameter that is its limit
+_KINDS = {
+    "threshold": "outliers with a probability above {:g}",
+    "smallest_part": "part of no surface: alone, in a haze, or in small clumps",
+    "side": "not the first in their cell of {:g}",
+}
 # All whole numbers up to this one are exact in float64.
 _LARGEST = 2.0**53
 
@@ -60,9 +69,11 @@ def grid_cells(points: Floats, side: float) -> Floats:
     """Returns (n, 3) whole numbers: the cell of each point in a grid of cubes of this side with a corner at the origin.
 
     Raises:
-        FilterInputError: the side is too small for exact cell numbers so far from the origin.
+        FilterInputError: the side is not above 0, or too small for exact cell numbers so far from the origin.
     """
-    cells = np.floor(points / side)
+    if side == 0.0:
+        raise FilterInputError("side is 0: nothing to do; give the side of a cell, such as '0.1' in mesh units")
+    cells = np.floor(points / check_positive("side", side))
     if len(cells) and not np.abs(cells).max() < _LARGEST:
         raise FilterInputError(f"cells of {side:g} are too small for coordinates up to {np.abs(points).max():g}")
     return np.asarray(cells)
@@ -74,8 +85,13 @@ def surplus_points(points: ArrayLike, side: float) -> Bools:
     Raises:
         FilterInputError: a side that is not above 0 or too small, coordinates that are not finite.
     """
-    cells = grid_cells(check_points(points), check_positive("side", side))
+    cells = grid_cells(check_points(points), side)
     order = np.lexsort(cells.T)
     surplus = np.zeros(len(cells), np.bool_)
     surplus[order[1:]] = (cells[order[1:]] == cells[order[:-1]]).all(axis=1)
     return surplus
+
+
+def found_words(count: int, total: int, values: Mapping[str, Any]) -> tuple[str, ...]:
+    """A sentence on `count` points of `total` that a filter with these parameters has found; none if there are none."""
+    return tuple(f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from pymeshfair.commands.streams import printable
 
 from ..running.runs import BONE, names_in
+from .command_line import invoke
 
 pytestmark = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
 
@@ -57,6 +59,19 @@ def test_names_do_not_command_a_terminal() -> None:
     """Every control character is shown and none is sent; letters of all languages and line feeds stay."""
     assert printable("é\x1b[31m\x07\n\x9b2J") == "é\\x1b[31m\\x07\n\\x9b2J"
     assert printable(Path("a\u202eb")) == "a\\u202eb"
+
+
+def test_texts_of_scripts_do_not_either(tmp_path: Path) -> None:
+    """The description of a recipe, the name of a script and of a scan are shown with their control characters escaped."""
+    script, scan = tmp_path / "x\x9b2J.mlx", tmp_path / "y\x9b2J.ply"
+    head = "<!DOCTYPE FilterScript>\n<!--\nTitle\x9b2J\n\nWords\x9b2J.\n-->\n"
+    script.write_text(f'{head}<FilterScript><filter name="Taubin Smooth"/></FilterScript>', "utf-8")
+    shutil.copy(BONE, scan)
+    batch = ("batch", script, scan, "-o", tmp_path / "out", "--dry-run")
+    for command in (("info", script), ("check", script), ("compare", scan, scan), batch):
+        told = invoke(*command).output
+        assert "\x9b" not in told, command
+        assert "\\x9b2J" in told or command[0] == "compare"
 
 
 def test_an_error_about_a_name_does_not_either(tmp_path: Path) -> None:

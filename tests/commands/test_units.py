@@ -195,6 +195,18 @@ def test_comparing_with_a_file_without_a_unit_says_what_is_assumed(sphere: Calla
     assert told == [f"warning: BEFORE {words.format('AFTER')}", f"warning: AFTER {words.format('BEFORE')}", "", ""]
 
 
+def test_a_unit_that_only_the_other_file_says_is_that_of_lengths(sphere: Callable[[str], Path], tmp_path: Path) -> None:
+    """A tolerance and limits in millimetres hold for a first file without a unit beside one in centimetres, which is said."""
+    silent, other = sphere(""), sphere("cm")
+    compared = invoke("compare", silent, other, "--no-self-intersections", "--tolerance", "1mm")
+    drawn = invoke("picture", silent, other, "-o", tmp_path / "a.png", "--color", "distance", "--limits=-1mm,1mm")
+    for told, first, second in ((compared, "BEFORE", "AFTER"), (drawn, silent.absolute(), other.absolute())):
+        assert told.exit_code == 0, told.stderr
+        words = f"warning: {second} is in cm, and the file of {first} says no unit: the same one is assumed"
+        assert " ".join(told.stderr.split()) == words
+    assert "lie within 0.1 cm" in compared.stdout
+
+
 @pytest.mark.slow
 def test_tables_and_the_page_say_the_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
     """Measures, distances, lines below them, charts and the scale bar are in the unit of the file, none in mesh units."""

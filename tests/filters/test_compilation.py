@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import pickle
 import platform
 import shutil
 import subprocess
@@ -28,7 +29,7 @@ from pymeshfair.filters.compilation import (
     machine_code,
     processor,
 )
-from pymeshfair.filters.compilation.compiler import numba_type
+from pymeshfair.filters.compilation.compiler import Compiler, numba_type
 from pymeshfair.filters.compilation.kernel import fingerprint, from_json
 
 PROJECT = Path(__file__).parents[2]
@@ -267,6 +268,25 @@ def test_the_installation_goes_on_after_what_cannot_be_compiled(tmp_path: Path, 
     kernel: Any = inner
     assert machine_code.read(kernel.stored_name(("float64",))) is not None
     assert machine_code.read(kernel.stored_name(("none",))) is None
+
+
+def test_an_interrupted_compilation_does_not_answer_the_next_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After Ctrl-C during a compilation the next kernel gets its own machine code, which is stored under its name."""
+
+    def interrupt(stream: Any) -> None:
+        raise KeyboardInterrupt
+
+    compiler, module = Compiler(), "pymeshfair.filters.geometry"
+    listed = listed_signatures()[module]
+    first, second = list(listed)[:2]
+    with monkeypatch.context() as patched:
+        patched.setattr(pickle, "load", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            compiler.compile(module, first, listed[first][0])
+    try:
+        assert second in compiler.compile(module, second, listed[second][0]).function
+    finally:
+        compiler.close()
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,10 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Edit, NewLayer
+from pymeshfair.declaration import Arity, Edit, NewLayer
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.meshset import MeshSet
+from pymeshfair.running.document import Document
 from pymeshfair.write_back import attributes
 from tests.host.snapshots import (
     NORMALS,
@@ -316,6 +319,26 @@ def test_new_layers_are_added_and_the_first_becomes_current() -> None:
     assert same(meshes.mesh(3).vertex_normal_matrix(), points * 2)
     meshes.set_current_mesh(0)
     assert differences(before, everything(meshes)) == []
+
+
+def test_a_new_layer_has_the_matrix_of_the_layer_that_it_is_made_of(tmp_path: Path) -> None:
+    """It lies beside that layer, in a mesh set and in a run; what a filter makes of no layer has no matrix."""
+    step = give_back(Edit(new_layers=(NewLayer(label="made", vertices=np.eye(3)), NewLayer(label="too", vertices=np.eye(3)))))
+    alone = replace(step, filter=replace(step.filter, arity=Arity.NONE))
+    matrix = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]])
+    meshes, document = cloud(), Document(tmp_path)
+    meshes.set_matrix(transformmatrix=matrix, freeze=False)
+    document.add(MeshData(vertices=np.eye(3), matrix=matrix))
+    for made in (alone, step):
+        meshes.set_current_mesh(0)
+        document.current_id = 0
+        meshes.apply_step(made)
+        document.apply(made)
+    assert meshes.current_mesh_id() == document.current_id == 3
+    for number, wanted in enumerate([matrix, np.eye(4), np.eye(4), matrix, matrix]):
+        np.testing.assert_array_equal(meshes.mesh(number).transform_matrix(), wanted)
+        found = document.mesh(number).matrix
+        np.testing.assert_array_equal(np.eye(4) if found is None else found, wanted)
 
 
 def test_an_attribute_that_meshlab_cannot_name_is_said() -> None:

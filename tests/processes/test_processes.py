@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 from pymeshfair.errors import ParameterError, RunError, RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.process import LostProcessError, Pool, Process
-from pymeshfair.processes.worker import DefectError, answer, use_up
+from pymeshfair.processes.worker import DefectError, answer, is_lack_of_memory, use_up
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
@@ -103,6 +104,19 @@ def lack(kind: type[Exception], words: str) -> None:
 def test_a_lack_of_memory_is_no_defect(kind: type[Exception], words: str) -> None:
     """Whatever the words in which a library says that memory ran out, the answer of the process is that memory ran out."""
     assert isinstance(answer(lack, kind, words).error, MemoryError)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        FileNotFoundError(errno.ENOENT, "No such file or directory", "a scan out of memory, really"),
+        RuntimeError("File does not exists: memoryerror.ply"),
+        RuntimeError("Unable to open file: /scans/out of memory/bone.ply"),
+    ],
+)
+def test_the_name_of_a_file_is_no_lack_of_memory(error: Exception) -> None:
+    """An error that names a file keeps its kind, whatever the words of the name."""
+    assert not is_lack_of_memory(error)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ import pymeshfair
 from pymeshfair.errors import GuardBroken
 from pymeshfair.files.inputs import read_file
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.recipe import load_recipe
+from pymeshfair.recipe import Recipe, load_recipe
 from pymeshfair.running.guarding import print_faults
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
+from pymeshfair.scripts.guards import Guards
+from pymeshfair.scripts.script import Script
 from tests.meshes import Mesh, cube, icosphere, torus
 
 
@@ -149,3 +152,11 @@ def test_the_walls_are_told(tmp_path: Path) -> None:
     assert (
         "half of the area is thicker than 1, 1 % is thinner than 1, the thinnest place is 1 at " in result.steps[-1].messages[-1]
     )
+
+
+@pytest.mark.parametrize("keep_broken", [False, True])
+def test_a_recipe_without_steps_can_ask_for_a_printable_mesh(tmp_path: Path, keep_broken: bool) -> None:
+    """A printable file passes the check, though there is no step that could tell its walls."""
+    limits = Guards(require=(("printable", None),))
+    job = Job(Recipe("none", Script(())), _saved(tmp_path / "cube.ply", cube()), tmp_path / "out.ply", guards=limits)
+    assert run_job(replace(job, keep_broken=keep_broken)).breaches == ()

@@ -109,6 +109,15 @@ def test_taubin_after_explicit_steps(most: int, cell: int) -> None:
     np.testing.assert_array_equal(by_tiles(vertices, faces, *moves, most=most, cell=cell), whole)
 
 
+def test_a_run_in_the_folder_of_an_earlier_one_has_cells_of_its_own(tmp_path: Path) -> None:
+    """A process that works on two meshes with one folder after the other divides each by its own vertices."""
+    step = PlannedStep(1, EXPLICIT, {"iterations": 1})
+    for level in (2, 3):
+        mesh = MeshFile(write_mesh(tmp_path / "in.ply", *icosphere(level)))
+        surface = cut(mesh, tmp_path, cast("Tasks", Here()), 10**6, steps=[step], most=100, progress=lambda share: None)[0]
+        assert surface.cells.starts[-1] == surface.cells.count == len(mesh)
+
+
 @pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7)])
 def test_taubin_smooth_by_tiles_is_that_of_meshlab(most: int, cell: int) -> None:
     """By tiles MeshLab's filter takes the vertices of an open mesh where it takes them in one piece, but for rounding."""

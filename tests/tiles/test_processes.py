@@ -13,15 +13,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pymeshfair.errors import StepFailedError
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+from pymeshfair.tiles.course import run_by_tiles
 from pymeshfair.tiles.sources import PlyFile
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, fits, invoke, run_process
 from tests.files.surveys import scan as survey
 from tests.meshes import icosphere
+from tests.running.runs import Given, recipe_of
 from tests.tiles.test_clouds import uneven
 from tests.tiles.tiling import children_of, kill, write_cloud, write_mesh
 
@@ -96,6 +101,29 @@ def started(recipe: Path, scan: Path, output: Path, *, slow: float) -> subproces
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     """The processes in which tiles are done."""
     return [p for p in children_of(process.pid) if b"pymeshfair.processes.worker" in Path(f"/proc/{p}/cmdline").read_bytes()]
+
+
+def test_steps_say_by_tiles_what_they_say_in_one_piece(tmp_path: Path) -> None:
+    """Notes and lengths in the reports of steps, and the refusal of cells without a size, do not depend on tiles."""
+    cloud = write_cloud(tmp_path / "cloud.ply", uneven(5))
+    ball = write_mesh(tmp_path / "ball.ply", *icosphere(3))
+    selections: list[Given] = [
+        ("compute_selection_by_stray_points_per_vertex", {}),
+        ("meshing_remove_selected_vertices", {}),
+        ("compute_selection_by_outlier_probability_per_vertex", {}),
+        ("meshing_remove_selected_vertices", {}),
+        ("compute_selection_by_grid_per_vertex", {"side": "1%"}),
+    ]
+    for scan, steps in ((cloud, selections), (ball, [("apply_coord_normal_filtering", {})])):
+        reports = [run(Job(recipe_of(*steps), scan, tmp_path / "o.ply", overwrite=True)).steps for run in (run_job, run_by_tiles)]
+        said, said_by_tiles = (
+            [(s.messages, s.parameters) for s in report if "remove" not in s.python_name] for report in reports
+        )
+        assert said_by_tiles == said
+        assert all(messages for messages, _ in said)
+    for run in (run_job, run_by_tiles):
+        with pytest.raises(StepFailedError, match="side is 0: nothing to do; give the side of a cell"):
+            run(Job(recipe_of((selections[-1][0], {"side": "0"})), cloud, tmp_path / "none.ply"))
 
 
 @pytest.mark.slow

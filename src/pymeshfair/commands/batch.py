@@ -14,7 +14,7 @@ from typer import Argument, Option
 from ..places import counted
 from . import options
 from .options import Json
-from .streams import Verbosity, complain, print_document, printable, say, verbosity, warn
+from .streams import Verbosity, complain, print_document, print_lines, printable, say, verbosity, warn
 
 if TYPE_CHECKING:
     from ..batch.outcomes import Outcome, Summary
@@ -188,8 +188,7 @@ def _show_rows(summary: Summary, task: Task) -> None:
     words = [f"{counts['done']:,} of {counts['scans']:,} scans done"]
     words += [f"{counts[name]:,} {text}" for name, text in others.items() if counts[name]]
     typer.echo(f"\n{', '.join(words)}, in {summary.seconds:.1f} s. Written:")
-    for path in task.written:
-        typer.echo(f"  {path}")
+    print_lines(f"  {path}" for path in task.written)
     if any(outcome.breaches and outcome.error for outcome in summary.outcomes):
         typer.echo("--keep-broken also writes scans that break a limit; pymeshfair run --map OUT.ply shows where.")
     if counts["left"]:
@@ -228,10 +227,7 @@ def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
         return
     from .display import show_table
 
-    typer.echo(f"{recipe.title} ({recipe.name}):")
-    for number, step in enumerate(steps, 1):
-        typer.echo(f"  {number}  {step}")
-    typer.echo("")
+    print_lines([f"{recipe.title} ({recipe.name}):", *(f"  {number}  {step}" for number, step in enumerate(steps, 1)), ""])
     show_table(["input", "output", ""], *([str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans))
     todo = sum(state == "to do" for state in states.values())
     free = "" if prospect.bytes_free is None else f", {prospect.bytes_free / 1e9:.3g} GB free in {task.folder}"

@@ -46,7 +46,7 @@ def compare(
 
     The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """
-    from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
+    from ..declaration.parameters import doubts_of_typed_unit
     from ..files.errors import OutputError
     from ..files.formats import extension
     from ..files.outputs import same_file
@@ -71,10 +71,8 @@ def compare(
     meshes[1], alignment = _aligned(*meshes) if align else (meshes[1], None)
     units = [mesh.mesh.unit for mesh in meshes]
     warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
-    if unit is None and units.count(None) == 1:
-        silent, other = ("AFTER", "BEFORE") if units[0] else ("BEFORE", "AFTER")
-        warnings.append(f"{other} is in {units[0] or units[1]}, and the file of {silent} says no unit: the same one is assumed")
-    unit = unit_of_scan(unit, units[0])
+    unit, assumed = options.assumed_unit(unit, dict(zip(("BEFORE", "AFTER"), units, strict=True)))
+    warnings += assumed
     of_before = units[0] or unit
     if of_before and units[1] not in (None, of_before):
         warnings.append(f"BEFORE is in {of_before} and AFTER in {units[1]}: coordinates are compared as the files have them")

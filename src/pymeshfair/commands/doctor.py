@@ -14,7 +14,7 @@ import typer
 from typer import Argument, Option
 
 from .options import Json
-from .streams import print_document, say, warn
+from .streams import print_document, printable, say, warn
 
 #: the least free space, in bytes: `verify` and other commands write copies of a scan to the folder for temporary files
 _ENOUGH_DISK = 1 << 30
@@ -31,8 +31,8 @@ class Finding:
 
 
 def doctor(
-    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list files that killed runs left in FOLDER.")] = None,
-    remove: Annotated[bool, Option("--remove", help="Remove the files that killed runs left in FOLDER.")] = False,
+    folder: Annotated[Path | None, Argument(metavar="FOLDER", help="Also list folders that killed runs left in FOLDER.")] = None,
+    remove: Annotated[bool, Option("--remove", help="Remove the folders that killed runs left in FOLDER.")] = False,
     warm: Annotated[bool, Option("--warm", help="First compile all filters, for example for a container's image.")] = False,
     json: Json = False,
 ) -> None:
@@ -43,13 +43,14 @@ def doctor(
         say("compiling filters for this machine", err=True)
         warn(*(f"not compiled: {failure}" for failure in (*compile_ahead(listed_signatures()), *_compile_others())))
     if remove and folder is None:
-        raise typer.BadParameter("it needs the FOLDER to remove files from", param_hint="--remove")
+        raise typer.BadParameter("it needs the FOLDER to remove folders from", param_hint="--remove")
     findings = []
     for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
         if not json:
             mark = typer.style("ok   ", fg="green") if finding.ok else typer.style("WRONG", fg="red")
-            typer.echo(f"{mark}  {finding.name:<12}  {finding.detail}" + (f"\n{'':21}{finding.advice}" if finding.advice else ""))
+            text = f"{finding.name:<12}  {finding.detail}" + (f"\n{'':21}{finding.advice}" if finding.advice else "")
+            typer.echo(f"{mark}  {printable(text)}")
     wrong = [f.name for f in findings if not f.ok]
     message = f"something is wrong with {', '.join(wrong)}" if wrong else "all is well"
     if json:

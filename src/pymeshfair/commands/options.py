@@ -186,6 +186,18 @@ def memory_limit(text: str | None) -> int | None:
     return size
 
 
+def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
+    """The unit of the first of several files, by their names: the typed one, its own or, with warnings, that of another file."""
+    from ..declaration.parameters import unit_of_scan
+
+    unit, known = unit_of_scan(typed, next(iter(units.values()))), {name: unit for name, unit in units.items() if unit}
+    if typed or not known:
+        return unit, []
+    told = f"{next(iter(known))} is in {next(iter(known.values()))}"
+    silent = [f"{told}, and the file of {name} says no unit: the same one is assumed" for name in units if name not in known]
+    return unit or next(iter(known.values())), silent
+
+
 def lengths_in_mesh_units(
     tolerance: str | None, limits: str | None, unit: str | None, diagonal: float, mean_edge: float
 ) -> tuple[float | None, Ends | None]:

@@ -53,7 +53,7 @@ def picture(
     """
     import io
 
-    from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
+    from ..declaration.parameters import doubts_of_typed_unit
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
@@ -81,7 +81,8 @@ def picture(
     units = dict.fromkeys(u for u in (opened[0].mesh.unit or unit, *(read.mesh.unit for read in opened[1:])) if u)
     if len(units) > 1:
         warn(f"the meshes are in {' and '.join(units)}: they are drawn with the coordinates of their files")
-    unit = unit_of_scan(unit, opened[0].mesh.unit)
+    unit, assumed = options.assumed_unit(unit, {str(read.path): read.mesh.unit for read in opened})
+    warn(*assumed)
     centre, extent = _region(zoom, opened[-1], unit) if zoom else (None, 0.0)
     measured = opened[0].measured
     allowed, ends = options.lengths_in_mesh_units(tolerance, limits, unit, measured.diagonal, measured.resolution())

@@ -15,7 +15,7 @@ from typer import Argument, Option
 from ..looking.words import change_lines
 from ..places import counted
 from . import options
-from .streams import Verbosity, complain, print_document, print_lines, printable, say, show, verbosity, warn
+from .streams import Verbosity, complain, print_document, print_lines, say, show, verbosity, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -140,7 +140,7 @@ def _show(result: RunResult) -> None:
         shown = path
         with contextlib.suppress(OSError, ValueError):  # if the file is outside the working folder, or the folder is gone
             shown = path.relative_to(Path.cwd())
-        typer.echo(f"  {printable(shown)}")
+        print_lines([f"  {shown}"])
 
 
 def demo(
@@ -229,8 +229,8 @@ def verify(
             by_tiles=_by_tiles,
         )
     document = {"output": output, "verdict": verified.verdict, "findings": verified.findings, "notes": verified.notes}
-    details = (f"  {printable(text)}" for text in (*verified.findings, *verified.notes))
-    show(document, [f"{printable(output)}: {verified.verdict}", *details], json=json)
+    details = (f"  {text}" for text in (*verified.findings, *verified.notes))
+    show(document, [f"{output}: {verified.verdict}", *details], json=json)
     raise typer.Exit(EXIT_CODES[verified.verdict])
 
 

@@ -11,7 +11,7 @@ from typer import Argument, Option
 from ..places import counted
 from .group import Failure
 from .options import Json, Overwrite, Recipe
-from .streams import STANDARD, Verbosity, check_text, open_recipe, print_document, read_script_bytes, save_text, say, verbosity
+from .streams import STANDARD, check_text, open_recipe, print_document, print_lines, read_script_bytes, save_text, say
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -38,8 +38,10 @@ def check(
         verdict, text = _verdict(name, diagonal)
         checked.append(verdict)
         problems += verdict.get("problems", [])
-        if not verdict["ok"] or verdict["warnings"] or verbosity() > Verbosity.QUIET:
-            typer.echo(text, err=json)
+        if verdict["ok"] and not verdict["warnings"]:
+            say(text, err=json)
+        else:
+            print_lines([text], err=json)
     invalid = sum(not verdict["ok"] for verdict in checked)
     if json:
         message = f"{invalid} of {counted(len(checked), 'recipe')} not valid"

@@ -94,7 +94,7 @@ def verbosity(level: Verbosity | None = None) -> Verbosity:
 def say(*texts: object, err: bool = False) -> None:
     """Print remarks, unless --quiet was given."""
     if _verbosity > Verbosity.QUIET:
-        print_lines(map(printable, texts), err=err)
+        print_lines(texts, err=err)
 
 
 def printable(text: object) -> str:
@@ -109,13 +109,14 @@ def complain(text: object, *, color: bool | None = None) -> None:
 
 def warn(*texts: object) -> None:
     """Print warnings on stderr."""
-    print_lines((f"{typer.style('warning:', fg='yellow')} {printable(text)}" for text in texts), err=True)
+    for text in texts:
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)
 
 
-def print_lines(lines: Iterable[str], *, err: bool = False) -> None:
+def print_lines(lines: Iterable[object], *, err: bool = False) -> None:
     """Print lines, also with --quiet."""
     for line in lines:
-        typer.echo(line, err=err)
+        typer.echo(printable(line), err=err)
 
 
 def show(document: Mapping[str, Any], lines: Iterable[str], *, json: bool) -> None:

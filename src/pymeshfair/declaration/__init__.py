@@ -108,7 +108,7 @@ class Layer(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NewLayer:
-    """A layer that a filter adds to the mesh set."""
+    """A layer that a filter adds to the mesh set; it gets the matrix of the layer that the filter read, if it read one."""
 
     label: str
     vertices: Floats

@@ -92,7 +92,7 @@ class FilterRunner:
             if bench.verbose or bench.prints_parameters:
                 print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
             edit = call(declared, inputs, layer, getattr(bench.meshset, "on_progress", None))
-            losses = write_edit(bench, edit)
+            losses = write_edit(bench, edit, None if declared.arity is Arity.NONE else layer.matrix)
         except StoppedError as error:
             raise error.__cause__ or error from None
         except MemoryError:

@@ -28,8 +28,9 @@ from ..filters.libraries import blas
 from ..garbage import collect_seldom
 from ..operating_system import this_system
 
-#: how Python and the libraries say that memory ran out
-LACK = re.compile("MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment", re.I)
+_WORDS = "MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment"
+#: how Python and the libraries say that memory ran out; not a part of a path, as in "memoryerror.ply"
+LACK = re.compile(rf"(?<![/\\])({_WORDS})(?![/\\]|\.\w)", re.I)
 #: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
@@ -79,7 +80,8 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
 
 def is_lack_of_memory(error: BaseException | None) -> bool:
     """Returns whether an exception or its cause says that memory ran out."""
-    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and LACK.search(str(error)))
+    text = (isinstance(error, OSError) and error.strerror) or str(error)  # without the name of a file
+    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and LACK.search(text))
     return error is not None and (bool(is_lack) or is_lack_of_memory(error.__cause__))
 
 

@@ -6,6 +6,7 @@ A plugin's filter returns an edit of the current mesh. MeshLab's filters run in 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -133,7 +134,8 @@ class Document:
                 self._meshes[self.current_id] = changed
                 self._door_is_current = False
         before = self.current_id
-        added = [self.add(as_layer(new)) for new in edit.new_layers]
+        matrix = None if step.filter.arity is Arity.NONE else mesh.matrix
+        added = [self.add(replace(as_layer(new), matrix=matrix)) for new in edit.new_layers]
         self.current_id = added[0] if added else before
         for note in edit.notes:
             self._on_note(note)

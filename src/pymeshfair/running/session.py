@@ -138,8 +138,9 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            over = ", and turns all faces over, as it mirrors" if np.linalg.det(result.matrix[:3, :3]) < 0.0 else ""
-            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{over}")
+            mirrors = len(result.faces) and np.linalg.det(result.matrix) < 0.0
+            turned = ", and turns the faces to the other side: Invert Faces Orientation turns them back" if mirrors else ""
+            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{turned}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
         return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
@@ -261,7 +262,7 @@ class Session:
                 faults = list(print_faults(read_file(staged[0].staged).mesh, self._stage / "checked", wrapped=wrapped))
                 output, staged = (None, ()) if faults and not job.keep_broken else (output, staged)
                 broken += faults
-                if not broken:
+                if not broken and steps:
                     notes = self._print_notes(before.mesh, after.mesh, wrapped=wrapped)
                     steps = (*steps[:-1], replace(steps[-1], messages=(*steps[-1].messages, *notes)))
         except OSError as error:

@@ -289,12 +289,16 @@ class Cells:
     @property
     def starts(self) -> Longs:
         """(c + 1,) the first slots of the cells, and the number of points."""
-        return _read_index(self._starts, self._boxes, self.scale)[0]
+        return self._read()[0]
 
     @property
     def tree(self) -> CellTree:
         """The boxes of the cells, divided by `scale`."""
-        return _read_index(self._starts, self._boxes, self.scale)[1]
+        return self._read()[1]
+
+    def _read(self) -> tuple[Longs, CellTree]:
+        # The time tells the files of a run from those of an earlier run to the same output.
+        return _read_index(self._starts, self._boxes, self.scale, self._boxes.path.stat().st_mtime_ns)
 
     def slots_of(self, first: int, last: int) -> tuple[int, int]:
         """Returns the range of slots of the cells from `first` to before `last`."""
@@ -321,7 +325,7 @@ class Cells:
 
 
 @lru_cache(maxsize=1)
-def _read_index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
+def _read_index(starts: Column, boxes: Column, scale: float, time: int) -> tuple[Longs, CellTree]:
     first = starts.read(0, len(starts))
     corners = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
     return first, CellTree.over(corners, np.diff(first))

@@ -19,6 +19,7 @@ from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..filters.outliers import found_words
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
 from ..processes.environment import packages_here
@@ -135,7 +136,8 @@ class _TiledRun:
         for step in plan:
             with self._step(step.step) as (values, progress):
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
-                values |= reported
+                found = found_words(reported.get("selected_vertices", 0), sizes["points"], {**step.values, **sizes["lengths"]})
+                values |= reported | {"notes": (*found, *reported.get("notes", ())), "lengths": sizes["lengths"]}
             stages.append(sizes)
         self._report_skipped(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
@@ -187,7 +189,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of a step; yields a dict for the filter's report ("notes": sentences), and a progress function."""
+        """Sends the events of a step; yields a progress function, and a dict for values, "notes" and "lengths" in mesh units."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
@@ -201,7 +203,7 @@ class _TiledRun:
         seconds, notes = time.perf_counter() - started, tuple(values.pop("notes", ()))
         for text in notes:
             self.on_event(Message(text, step=number))
-        declared, parameters = step.filter, plain(step.with_defaults().values)
+        declared, parameters = step.filter, plain({**step.with_defaults().values, **values.pop("lengths", {})})
         self.steps.append(StepReport(number, declared.name, declared.python_name, seconds, parameters, plain(values), notes))
         self.on_event(StepFinished(number, seconds))
 

@@ -198,8 +198,8 @@ class MeshTiles:
         border = bool((border_vertices(tile.faces, len(used)) & tile.inside).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
 
-    def choose(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns all parameters of normal filtering; chooses the automatic parameters on patches, or on a whole small mesh."""
+    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
+        """Returns all parameters of normal filtering, and notes; chooses on patches, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
@@ -208,7 +208,7 @@ class MeshTiles:
         parts = [tile_with_rings(self.surface, first, last, 1) for first, last in ranges]
         starts = accumulate((len(part.vertices) for part in parts), initial=0)
         faces = np.concatenate([part.faces + np.int32(start) for part, start in zip(parts, starts, strict=False)])
-        return choose(values, np.concatenate([part.vertices for part in parts]), faces)
+        return choose(values, np.concatenate([part.vertices for part in parts]), faces, is_open=is_open)
 
     def move(self, step: PlannedStep, whole: Whole, first: int, last: int) -> None:
         tile = tile_with_rings(self.surface, first, last, rings_of(step))
@@ -358,16 +358,16 @@ def do_move(
 ) -> dict[str, Any]:
     """Does a step; returns the report of the filter."""
     work, values = MeshTiles(surface), step.values
-    chosen_values: dict[str, Any] = {}
+    report: dict[str, Any] = {}
+    whole, is_open = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
+    progress = part_of(progress, 0.1, 1.0)
     if step.filter == NORMALS and filtering_of(values) is None:
-        chosen_values = tasks.run(work.choose, values)
-        values = {**values, **chosen_values}
+        chosen_values, notes = tasks.run(work.choose, values, is_open)
+        values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
     if filtering is not None and not (filtering.relaxation or filtering.outer_iterations):
-        return {**chosen_values, "notes": ("there is nothing to do: the vertices stay where they are",)}
-    whole, is_open = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
-    progress = part_of(progress, 0.1, 1.0)
+        return report
     if filtering is None:
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
@@ -385,7 +385,7 @@ def do_move(
     while sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles])) > 0:
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         share = 0.0
-    return chosen_values
+    return report
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:

@@ -161,16 +161,16 @@ def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
-def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints) -> dict[str, Any]:
-    """Returns all parameters; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
+def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Returns all parameters, and notes; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, choice, border = _set_values(values), values["choice"], values["border"]
-    parameters, _ = denoising.parameters_for_mesh(vertices, faces, set_values, choice, border=border)
+    parameters, made = denoising.parameters_for_mesh(vertices, faces, set_values, choice, border=border)
     if why := _why_not_filtering({**values, **parameters}):
         name = "rounding" if parameters["rounding"] == "undo" else "outliers"
         raise FilterInputError(
             f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave all else 'auto'"
         )
-    return parameters
+    return parameters, denoising.notes_of_choice(made, set_values, is_open=is_open)
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:

@@ -95,11 +95,11 @@ class _Before:
             write_wedge_uv(bench, mesh, self._wedges, np.empty((0, 2)), np.flatnonzero(~is_same))
 
 
-def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
+def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tuple[str, ...]:
     """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
     Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
-    after any filter of MeshLab. New layers are added at the end, and the first of them becomes the current layer.
+    after any filter of MeshLab. New layers get the matrix. They are added at the end, and the first becomes the current layer.
 
     If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
@@ -121,7 +121,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
             check_names(bench, mesh)
             raise MeshError(f"MeshLab could not take the result: {error}") from error
     for index, layer in enumerate(edit.new_layers):
-        _add_layer(bench, layer, current=index == 0)
+        _add_layer(bench, layer, matrix, current=index == 0)
     return notes
 
 
@@ -144,7 +144,7 @@ def _delete(bench: Workbench, mesh: Any, edit: Edit) -> None:
     verify(mesh, "faces", (np.cumsum(~gone) - 1)[faces[~gone_faces]])
 
 
-def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
+def _add_layer(bench: Workbench, layer: NewLayer, matrix: Floats | None, *, current: bool) -> None:
     arrays: dict[str, Any] = {
         "vertex_matrix": layer.vertices,
         "face_matrix": layer.faces,
@@ -158,6 +158,8 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
     except (pymeshlab.PyMeshLabException, TypeError) as error:
         raise MeshError(f"the new layer {layer.label!r} is no mesh that MeshLab can hold: {error}") from error
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
+    if matrix is not None:
+        bench.set_matrix(max(BASE.__iter__(bench.meshset), key=lambda layer: int(layer.id())), matrix)
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
