@@ -160,11 +160,10 @@ class Door:
             return
         layer = BASE.current_mesh(self._meshset)
         for element in ("vertex", "face"):
-            values = _custom(sent, element).get(name)
+            values = _custom(sent, element, name)
             ids = None if values is None else _numbers(layer, element, len(values))
             if values is not None and ids is not None and _attribute(layer, element, name) is None:
-                scalars = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
-                getattr(layer, f"add_{element}_custom_scalar_attribute")(scalars, name)
+                getattr(layer, f"add_{element}_custom_scalar_attribute")(_of_old(values, ids), name)
 
     def _measured(self) -> Any:
         """The current layer, to convert relative lengths."""
@@ -212,7 +211,10 @@ class Door:
                 if textures:
                     face["texture"] = self._texture_numbers(mesh, len(faces))
         for element, name, values in custom_attributes(self._meshset, mesh, self._texts):
-            (vertex if element == "vertex" else face)[name] = values
+            attributes, ids = (vertex, of_vertices) if element == "vertex" else (face, of_faces)
+            old = _custom(before, element, name)
+            if old is None or not np.array_equal(_of_old(old, ids), values, equal_nan=True):  # else it keeps its type and digits
+                attributes[name] = values
         return replace(
             before,
             vertices=vertices,
@@ -275,18 +277,14 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int
     return {**values, **{name: ids.get(number, number) for name, number in declared.layers(values).items()}}
 
 
-def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
-    """The scalar custom attributes of a mesh by name, including those that only its file holds."""
-    attributes, standard = (
-        (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
-    )
-    custom = {name: values.astype(np.float64) for name, values in attributes.items() if name not in standard and values.ndim == 1}
-    ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
-    document: Any = mesh.source.document if mesh.source is not None else None
-    for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():
-        rows = source_ids(ids, len(values))
-        custom.setdefault(name, np.where(rows >= 0, values.astype(np.float64)[np.maximum(rows, 0)], 0.0))
-    return custom
+def _custom(mesh: MeshData, element: str, name: str) -> NDArray[np.float64] | None:
+    """A scalar custom attribute of a mesh, also one that only its file holds; None if there is none of that name."""
+    attributes, ids = getattr(mesh, f"{element}_attributes"), getattr(mesh, f"{element}_ids")
+    values, document = attributes.get(name), None if mesh.source is None else mesh.source.document
+    if name not in (VERTEX_ATTRIBUTES if element == "vertex" else FACE_ATTRIBUTES) and values is not None and values.ndim == 1:
+        return np.asarray(values, np.float64)
+    values = document.custom(element).get(name) if hasattr(document, "custom") else None
+    return None if values is None else _of_old(values.astype(np.float64), source_ids(ids, len(values)))
 
 
 def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
@@ -347,19 +345,20 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
     """The attributes not `in_meshlab`, by the old numbers `ids` of elements; new elements (-1) get 0, and -1 as ``polygon``."""
-    carried: dict[str, Any] = {}
-    for name, values in attributes.items():
-        if name not in in_meshlab:
-            carried[name] = values[ids]
-            carried[name][ids < 0] = -1 if name == "polygon" else 0
-    return carried
+    kept = {name: values for name, values in attributes.items() if name not in in_meshlab}
+    return {name: _of_old(values, ids, -1 if name == "polygon" else 0) for name, values in kept.items()}
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
     """Returns first[second], the elements' indices in the source file; None if `first` is None and `second` changes nothing."""
     if first is None:
         return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
-    return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
+    return _of_old(first, second, -1)
+
+
+def _of_old(values: NDArray[Any], ids: NDArray[np.int64], new: int = 0) -> NDArray[Any]:
+    """The values of old elements by their numbers `ids`; `new` where the number is -1."""
+    return np.pad(values, [(0, 1), *[(0, 0)] * (values.ndim - 1)], constant_values=new)[ids]
 
 
 def _unit(normals: NDArray[np.float64], sent: Any, ids: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -259,6 +259,19 @@ def test_fifty_steps_leave_few_helper_attributes(make: Any) -> None:
     assert not [key for key in meshes.filter_parameter_values("ply") if attributes.PREFIX in key]
 
 
+def test_deletions_under_a_matrix_after_many_steps() -> None:
+    """A matrix does not disturb the selection that deletes faces, also when there is no room for further helper attributes."""
+    meshes, random = MeshSet(), np.random.default_rng(2)
+    meshes.load_new_mesh(sample("bone.ply"))
+    meshes.set_matrix(transformmatrix=np.diag([-1.0, 2.0, 3.0, 1.0]), freeze=False)
+    faces = meshes.current_mesh().face_matrix()
+    for _ in range(attributes.MOST):
+        meshes.apply_step(give_back(Edit(face_selection=random.random(len(faces)) < 0.5)))
+    gone = random.random(len(faces)) < 0.5
+    meshes.apply_step(give_back(Edit(delete_faces=gone)))
+    assert same(meshes.current_mesh().face_matrix(), faces[~gone])
+
+
 def test_moving_vertices_of_a_mesh_leaves_no_attribute() -> None:
     """Coordinates of a mesh with faces come by another way, so nothing is left on it."""
     meshes = textured_obj()

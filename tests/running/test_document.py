@@ -165,6 +165,34 @@ def test_an_expression_may_name_an_attribute_of_the_file(tmp_path: Path) -> None
     np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
 
 
+def test_an_attribute_that_an_expression_reads_keeps_its_type_and_digits(tmp_path: Path) -> None:
+    """MeshLab holds it in double precision: whole numbers of 64 bits stay whole and exact, at the vertices that are left."""
+    mesh = read_file(BONE).mesh
+    numbers = np.arange(len(mesh.vertices)) + 2**60
+    document = Document(tmp_path)
+    document.add(mesh.with_attributes({"number": numbers}))
+    document.apply(step("compute_selection_by_condition_per_vertex", condselect="number >= 0 && vi > 99"))
+    document.apply(step("meshing_remove_selected_vertices"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["number"], numbers[:100], strict=True)
+
+
+def test_a_mesh_that_had_no_faces_gets_some(tmp_path: Path) -> None:
+    """Its attributes of faces, also those of its file, are 0 at the faces that MeshLab makes, which belong to no polygon."""
+    vertices, path = read_file(BONE).mesh.vertices, tmp_path / "cloud.ply"
+    empty = MeshData(vertices=vertices, face_attributes={"part": np.empty(0, np.int16), "polygon": np.empty(0, np.int32)})
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+    head += "element face 0\nproperty list uchar int vertex_indices\nproperty short part\nend_header"
+    np.savetxt(path, vertices, header=head, comments="")
+    for number, mesh in enumerate((empty, read_file(path).mesh)):
+        document = Document(tmp_path / str(number))
+        document.add(mesh)
+        document.apply(step("generate_surface_reconstruction_ball_pivoting"))
+        assert all((values == (0, -1)[name == "polygon"]).all() for name, values in document.current.face_attributes.items())
+        document.add(document.current)
+        document.apply(step("compute_selection_by_condition_per_face", condselect="fi > 9"))
+        assert document.current.face_selection.sum() == len(document.current.faces) - 10 > 0
+
+
 def test_custom_attributes_of_points_and_with_capitals_come_back(tmp_path: Path) -> None:
     """A new attribute of points, and new values of one whose name has capitals, are in the mesh after MeshLab's step."""
     mesh = read_file(BONE).mesh.with_attributes({"Height": np.zeros(len(read_file(BONE).mesh.vertices))})

@@ -119,9 +119,9 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
 
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
-    """Returns the mesh with other coordinates. If it has faces, normals are computed anew when needed."""
-    unlit = mesh.with_attributes({"normals": None}, {"normals": None}) if len(mesh.faces) else mesh
-    return replace(unlit, vertices=vertices)
+    """Returns the mesh with other coordinates. If it has faces and a vertex moves, normals are computed anew when needed."""
+    turns = len(mesh.faces) and not np.array_equal(mesh.vertices, vertices)
+    return replace(mesh.with_attributes({"normals": None}, {"normals": None}) if turns else mesh, vertices=vertices)
 
 
 def as_layer(layer: NewLayer) -> MeshData:

@@ -172,8 +172,8 @@ class Workbench:
         The matrix changes pymeshlab's face normals, which are NaN for a mirrored layer. It changes no other array.
         """
         matrix = mesh.transform_matrix()
-        self.set_matrix(mesh, np.eye(4))
         try:
+            self.set_matrix(mesh, np.eye(4))
             yield
         finally:
             self.set_matrix(mesh, matrix)

@@ -25,7 +25,7 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
 @contextmanager
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
-    """Removes the transformation matrix of the current layer while the context is open; after an exception, restores the layer.
+    """Restores the current layer, which has no transformation matrix, after an exception in the context.
 
     Deleted elements are not restored. Face scalars, face colours and vertex texture coordinates stay if the layer had none,
     and triangulated polygons stay triangles: MeshLab has no filter that undoes this.
@@ -33,12 +33,9 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     Raises:
         MeshError: the context failed, and a part of the layer could not be restored.
     """
-    layers = {layer.id() for layer in BASE.__iter__(bench.meshset)}
-    matrix, before = mesh.transform_matrix(), None
+    layers, before = {layer.id() for layer in BASE.__iter__(bench.meshset)}, _Before(mesh)
     try:
-        with bench.matrix_aside(mesh):
-            before = _Before(mesh)
-            yield
+        yield
     except BaseException as error:
         for layer in [layer.id() for layer in BASE.__iter__(bench.meshset)]:
             if layer not in layers:  # a helper layer left by an interruption
@@ -46,12 +43,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
                 bench.apply("delete_current_mesh")
                 bench.helper_ids[:] = sorted({*bench.helper_ids, layer})
         BASE.set_current_mesh(bench.meshset, mesh.id())
-        lost: list[str] = []
-        if before is not None:
-            bench.set_matrix(mesh, np.eye(4))
-            lost = before.put_back(bench, mesh)
-        bench.set_matrix(mesh, matrix)
-        if lost and isinstance(error, Exception):
+        if (lost := before.put_back(bench, mesh)) and isinstance(error, Exception):
             raise MeshError(f"{error}; and {', '.join(lost)} of {mesh.label()!r} could not be put back") from error
         raise
 
@@ -109,14 +101,14 @@ def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tu
         try:
             if edit.delete_vertices is not None:
                 check_deletable(edit, read_array(mesh, "edges"), mesh.label())
-            if adds(edit):
-                with undone_on_failure(bench, mesh):
-                    edit, notes = add_elements(bench, mesh, edit)
+            with bench.matrix_aside(mesh):
+                if adds(edit):
+                    with undone_on_failure(bench, mesh):
+                        edit, notes = add_elements(bench, mesh, edit)
+                        write_values(bench, mesh, edit)
+                else:
                     write_values(bench, mesh, edit)
-            else:
-                with bench.matrix_aside(mesh):
-                    write_values(bench, mesh, edit)
-            _delete(bench, mesh, edit)
+                _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab raises either if a filter fails
             check_names(bench, mesh)
             raise MeshError(f"MeshLab could not take the result: {error}") from error
