@@ -11,7 +11,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.inspection.surface_measures import inward_faces, surface_measures
+from pymeshfair.filters.inspection.surface_measures import inward_faces, measures_and_connectivity, surface_measures
 from tests.meshes import (
     AWKWARD,
     book,
@@ -290,6 +290,19 @@ def test_polylines_beside_faces_are_references_alone() -> None:
     alone = surface_measures(points, faces)
     assert alone.unreferenced_vertices == 1
     assert surface_measures(points, faces, edges=[[2, 3]]) == replace(alone, unreferenced_vertices=0)
+
+
+def test_a_former_connectivity_is_taken_for_the_same_mesh_alone() -> None:
+    """Other faces, edges or numbers of vertices have the measures that they have without one; the same ones reuse it."""
+    (corners, faces), edges = cube(), [[0, 1]]
+    vertices = np.concatenate([corners, corners])
+    _, former = measures_and_connectivity(vertices, faces, edges=edges)
+    found, reused = measures_and_connectivity(2.0 * vertices, faces, edges=edges, former=former)
+    assert reused is former
+    assert found == surface_measures(2.0 * vertices, faces, edges=edges)
+    for mesh in ((corners, faces, edges), (vertices, faces[1:], edges), (vertices, faces, [[0, 8]])):
+        found, _ = measures_and_connectivity(*mesh[:2], edges=mesh[2], former=former)
+        assert found == surface_measures(*mesh[:2], edges=mesh[2])
 
 
 def test_point_clouds() -> None:
