@@ -367,10 +367,8 @@ def test_what_lies_above_or_beside_a_component_does_not_make_it_look_inwards(see
     vertices, faces = icosphere(1)
     rng = np.random.default_rng(seed)
     long = vertices * [1.0, 2.5, 6.0] @ rotation(seed).T
-    scales, places = (
-        np.array([4.0, 2.0, 1.0, 1.0, 1.0]),
-        np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [3, 4, 60], [-50, -50, -50]]),
-    )
+    scales = np.array([4.0, 2.0, 1.0, 1.0, 1.0])
+    places = np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [3, 4, 60], [-50, -50, -50]])
     places[1:3] += 0.1 * rng.normal(size=(2, 3))
     points = (scales[:, None, None] * long + places[:, None]).reshape(-1, 3)
     around: list[list[int]] = [[], [0], [0, 1], [], []]
