@@ -64,6 +64,7 @@ def test_limits_of_hardly_anything() -> None:
     for values in (np.zeros(5), np.array([0.0] * 99 + [3.0]), np.empty(0), np.full(3, np.nan), np.array([-1e308, 1e308])):
         for limits, colors in ((symmetric_limits(values), diverging_colors), (robust_limits(values), sequential_colors)):
             assert np.isfinite(limits).all()
+            assert limits.low <= limits.high
             assert np.isfinite(colors(values, limits)).all()
     assert symmetric_limits(np.array([0.0] * 99 + [3.0])) == (-3.0, 3.0)
     assert robust_limits(np.array([0.0] * 999 + [3.0])) == (0.0, 3.0)

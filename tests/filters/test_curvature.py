@@ -130,13 +130,11 @@ def test_gaussian_curvature_agrees_with_meshlab() -> None:
 def test_awkward_meshes_have_finite_curvatures(name: str) -> None:
     """Whatever the mesh, no curvature is NaN, and 0 where there is no face."""
     vertices, faces = AWKWARD[name]()
-    if name in ("1e150", "1e-30"):
-        return
-    for operator in get_args(CurvatureOperator):
-        assert np.isfinite(mean_curvature(vertices, faces, operator=operator)).all()
-    assert np.isfinite(gaussian_curvature(vertices, faces)).all()
     unused = np.setdiff1d(np.arange(len(vertices)), faces)
-    assert not gaussian_curvature(vertices, faces)[unused].any()
+    means = [mean_curvature(vertices, faces, operator=operator) for operator in get_args(CurvatureOperator)]
+    for found in (*means, gaussian_curvature(vertices, faces)):
+        assert np.isfinite(found).all()
+        assert not found[unused].any()
 
 
 def test_unknown_names_are_refused() -> None:

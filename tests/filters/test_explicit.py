@@ -104,6 +104,17 @@ def test_steps_are_those_of_the_matrices(operator: OperatorName, border: BorderP
     np.testing.assert_allclose(found, by_matrices(mesh, operator, step, 3, border), atol=1e-13 * diagonal(mesh[0]))
 
 
+def test_the_length_of_an_edge_without_length_is_that_in_the_matrices() -> None:
+    """Such an edge counts as a millionth of the mean edge, so that its ends move about as much: that is seen beside rounding."""
+    vertices, faces = noisy(icosphere(1), 0.1)
+    a, b = faces[10, :2]
+    vertices[a] = vertices[b]
+    found = explicit_smoothing(vertices, faces, operator="inverse_length", step=0.5, iterations=1)
+    expected = by_matrices((vertices, faces), "inverse_length", 0.5, 1, "along")
+    assert 1e-8 < np.linalg.norm(expected[a] - vertices[a]) < 1e-5
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * diagonal(vertices))
+
+
 @given(any_mesh(), st.sampled_from(OPERATOR_NAMES), st.sampled_from(BORDER_POLICIES))
 def test_a_step_on_any_faces_at_all_is_that_of_the_matrices(mesh: Mesh, operator: OperatorName, border: BorderPolicy) -> None:
     """Coincident, collinear, repeated, non-manifold: one step is finite, that of the matrices, and moves nothing it may not."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.outliers import gaps
+from pymeshfair.filters.outliers import cloud_spacings, gaps
 
 
 def square(side: int = 12) -> np.ndarray:
@@ -29,6 +29,23 @@ def test_sparse_parts_are_measured_by_their_own_spacing() -> None:
     at = np.array([[15.0, 15.0, 1.0], [550.0, 50.0, 1.0]])
     dense, wide = gaps(at, cloud)
     assert wide == pytest.approx(dense / (10.0 * 2.0 / 3.0))
+
+
+def test_gaps_are_those_of_a_table_of_distances() -> None:
+    """In a cloud of ever wider spacing: over the larger of the median spacing and 2/3 of that at the twenty points around."""
+    rng = np.random.default_rng(2)
+    points = rng.random((500, 3)) * [40.0, 1.0, 1.0]
+    points *= np.linspace(1.0, 5.0, 500)[:, None]
+    queries = rng.random((60, 3)) * [200.0, 6.0, 6.0]
+    table = np.linalg.norm(points[:, None] - points, axis=2)
+    nearest = np.argsort(table, axis=1)[:, 1:]
+    spacings = np.take_along_axis(table, nearest[:, :6], axis=1).mean(axis=1)
+    around = np.maximum(np.median(spacings), 2 / 3 * np.median(spacings[nearest[:, :20]], axis=1))
+    np.testing.assert_allclose(cloud_spacings(points), around, rtol=1e-12)
+    away = np.linalg.norm(queries[:, None] - points, axis=2)
+    expected = away.min(axis=1) / around[away.argmin(axis=1)]
+    np.testing.assert_allclose(gaps(queries, points), expected, rtol=1e-12)
+    np.testing.assert_allclose(gaps(queries, points, 2.0 * around), expected / 2.0, rtol=1e-12)
 
 
 def test_unit_and_place_do_not_matter() -> None:

@@ -1,4 +1,4 @@
-"""How the box around a surface has changed, noise at its ends aside."""
+"""How the box around a surface has changed, noise at its ends aside, and the similarity that takes points back."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.inspection import side_changes
-from tests.meshes import icosphere
+from pymeshfair.filters.inspection import carried, side_changes
+from tests.meshes import icosphere, rotation
 
 
 def test_what_did_not_move_has_not_changed() -> None:
@@ -43,3 +43,22 @@ def test_a_side_of_no_length_has_no_change() -> None:
     found = side_changes(flat, flat, np.array([[0, 1, 2]]))
     assert found[:2] == pytest.approx([0.0, 0.0])
     assert np.isnan(found[2])
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_points_are_carried_by_the_similarity_of_others(mirror: float) -> None:
+    """Turned, scaled, shifted far away and maybe mirrored, some of the points tell where all of them went."""
+    points = np.random.default_rng(0).normal(size=(40, 3)) + 5.0
+    moved = 0.03 * points @ (rotation(1) * [1.0, 1.0, mirror]).T + [1e4, -2e4, 3.0]
+    np.testing.assert_allclose(carried(points, points[:9], moved[:9]), moved, rtol=0, atol=1e-10)  # a few roundings of 2e4
+
+
+def test_no_similarity_carries_points_nearer() -> None:
+    """What is left is at a right angle to shifts, to growth and to turns about the middle: the sum of its squares is least."""
+    rng = np.random.default_rng(1)
+    source = rng.normal(size=(30, 3)) + 2.0
+    target = 7.0 * source @ rotation(2).T + rng.normal(size=(30, 3))
+    found = carried(source, source, target)
+    left, arm = target - found, found - found.mean(axis=0)
+    assert np.abs(left).max() > 1.0
+    np.testing.assert_allclose([*left.sum(axis=0), (left * arm).sum(), *np.cross(arm, left).sum(axis=0)], 0.0, atol=1e-11)

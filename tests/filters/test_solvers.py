@@ -55,6 +55,13 @@ def rough_sphere(subdivisions: int = 4) -> Mesh:
     return noisy((vertices, faces), 0.15 * mean_edge_length(vertices, faces))
 
 
+def rough_sheet() -> Mesh:
+    """The mesh of the thread test: a sheet of several blocks of rows, with noise of an edge."""
+    vertices, faces = irregular_grid(150, 150)
+    vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
+    return vertices, faces
+
+
 @pytest.mark.parametrize(("edges", "method"), [(1.0, "jacobi"), (30.0, "multigrid"), (1e4, "multigrid")])
 def test_agrees_with_a_direct_solver(edges: float, method: str) -> None:
     """Either way of conjugate gradients ends within its tolerance, in the energy norm, of what SuperLU gives."""
@@ -268,15 +275,13 @@ def test_right_hand_sides_that_are_refused(b: NDArray[np.float64]) -> None:
 _DIGEST = """
 import hashlib
 from pymeshfair.filters.compilation import allowed_threads
-import numpy as np
 from pymeshfair.filters import execution
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
 from pymeshfair.filters.linear_solvers import spd_solver
-from tests.meshes import irregular_grid
+from tests.filters.test_solvers import rough_sheet
 
 execution.SERIAL_BELOW = spd_solver._FACTORS_FOR_ONE = 0
-vertices, faces = irregular_grid(150, 150)
-vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
+vertices, faces = rough_sheet()
 print(allowed_threads())
 for time_step in (0.5, 100.0):
     print(hashlib.sha256(implicit_fairing(vertices, faces, time_step=time_step).tobytes()).hexdigest())
@@ -299,7 +304,7 @@ def test_same_bits_for_any_number_of_threads() -> None:
 
 def test_the_mesh_of_the_thread_test_uses_both_preconditioners() -> None:
     """A time step of half a squared edge is solved with the diagonal, one of a hundred with multigrid."""
-    vertices, faces = irregular_grid(50, 50)
+    vertices, faces = rough_sheet()
     methods = []
     for t in (0.5, 100.0):
         laplacian = laplace_beltrami(vertices, faces)

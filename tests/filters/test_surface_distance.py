@@ -184,6 +184,23 @@ def test_agrees_with_meshlab_on_samples_of_faces() -> None:
         assert found.largest >= 0.99 * theirs["max"]
 
 
+def test_statistics_and_their_errors_are_those_of_random_samples() -> None:
+    """Of 1,000 points at known heights over a plane; errors are two standard errors of the mean, with d rms = d rms^2 / 2 rms."""
+    rng = np.random.default_rng(1)
+    heights = rng.normal(loc=0.1, scale=0.2, size=1000)
+    cloud = np.column_stack([rng.random((1000, 2)), heights]), np.empty((0, 3), dtype=np.int32)
+    stated = measured(cloud, flat(6, size=3.0)).statistics(0.3)
+    known = {"mean": heights, "mean_size": np.abs(heights), "within": (np.abs(heights) <= 0.3).astype(float)}
+    for name, values in known.items():
+        assert getattr(stated, name) == pytest.approx(values.mean(), rel=1e-12)
+        assert getattr(stated, f"{name}_error") == pytest.approx(2 * values.std() / math.sqrt(1000), rel=1e-12)
+    assert stated.rms == pytest.approx(math.sqrt((heights**2).mean()), rel=1e-12)
+    assert stated.rms_error == pytest.approx((heights**2).std() / math.sqrt(1000) / stated.rms, rel=1e-12)
+    assert stated.standard_deviation == pytest.approx(heights.std(), rel=1e-12)
+    expected = {str(p): np.sort(np.abs(heights))[10 * p - 1] for p in (50, 90, 95, 99)}
+    assert stated.percentiles == pytest.approx(expected, rel=1e-12)
+
+
 def test_percentiles_and_share_within() -> None:
     """Over a plane tilted from 0 to 1 the distance is uniform: percentiles are themselves, and 30 % lie within 0.3."""
     vertices, faces = grid(60, 60, 1 / 60)

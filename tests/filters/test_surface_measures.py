@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from dataclasses import asdict, replace
@@ -11,7 +12,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.inspection.surface_measures import inward_faces, surface_measures
+from pymeshfair.filters.inspection.surface_measures import inward_faces, measures_and_connectivity, surface_measures
 from tests.meshes import (
     AWKWARD,
     book,
@@ -214,6 +215,11 @@ def test_degenerate_faces() -> None:
     assert found.edges == 6
     half = surface_measures(vertices, np.array([[0, 1, 3], [1, 2, 3]])).triangle_quality
     assert found.triangle_quality == pytest.approx((half or 0) / 2, rel=1e-15)
+    # Two triangles at a right angle, and one without area at the side of one of them.
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0]])
+    folded, flat = [[0, 1, 2], [1, 0, 3]], [[2, 1, 4]]
+    for faces in (folded + flat, flat + folded):
+        assert surface_measures(corner, faces).roughness == pytest.approx(90, rel=1e-15)
 
 
 def test_against_counting_in_python() -> None:
@@ -292,6 +298,19 @@ def test_polylines_beside_faces_are_references_alone() -> None:
     assert surface_measures(points, faces, edges=[[2, 3]]) == replace(alone, unreferenced_vertices=0)
 
 
+def test_a_former_connectivity_is_taken_for_the_same_mesh_alone() -> None:
+    """Other faces, edges or numbers of vertices have the measures that they have without one; the same ones reuse it."""
+    (corners, faces), edges = cube(), [[0, 1]]
+    vertices = np.concatenate([corners, corners])
+    _, former = measures_and_connectivity(vertices, faces, edges=edges)
+    found, reused = measures_and_connectivity(2.0 * vertices, faces, edges=edges, former=former)
+    assert reused is former
+    assert found == surface_measures(2.0 * vertices, faces, edges=edges)
+    for mesh in ((corners, faces, edges), (vertices, faces[1:], edges), (vertices, faces, [[0, 8]])):
+        found, _ = measures_and_connectivity(*mesh[:2], edges=mesh[2], former=former)
+        assert found == surface_measures(*mesh[:2], edges=mesh[2])
+
+
 def test_point_clouds() -> None:
     """A cloud has a mean spacing, 2 for a grid of spacing 2, and no edges; one point has none; no points measure nothing."""
     points = grid(5, 5, spacing=2.0)[0]
@@ -340,3 +359,22 @@ def test_faces_look_inwards_where_the_winding_number_before_them_is_negative(
     cells = [faces[:, ::sign] + np.int32(k * len(vertices)) for k, sign in enumerate(signs)]
     found = inward_faces(points, np.concatenate(cells)).reshape(3, -1)
     assert found.all(axis=1).tolist() == found.any(axis=1).tolist() == [k in expected for k in range(3)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_lies_above_or_beside_a_component_does_not_make_it_look_inwards(seed: int) -> None:
+    """Long tilted balls, three in each other and two beside: the winding number is the sum of the signs of those around."""
+    vertices, faces = icosphere(1)
+    rng = np.random.default_rng(seed)
+    long = vertices * [1.0, 2.5, 6.0] @ rotation(seed).T
+    scales = np.array([4.0, 2.0, 1.0, 1.0, 1.0])
+    places = np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [3, 4, 60], [-50, -50, -50]])
+    places[1:3] += 0.1 * rng.normal(size=(2, 3))
+    points = (scales[:, None, None] * long + places[:, None]).reshape(-1, 3)
+    around: list[list[int]] = [[], [0], [0, 1], [], []]
+    for signs in itertools.product((1, -1), repeat=5):
+        cells = [faces[:, ::sign] + np.int32(k * len(vertices)) for k, sign in enumerate(signs)]
+        found = inward_faces(points, np.concatenate(cells)).reshape(5, -1)
+        # In front of a ball that looks inwards is its inside.
+        before = [sum(signs[j] for j in around[k]) + min(sign, 0) for k, sign in enumerate(signs)]
+        assert found.all(axis=1).tolist() == found.any(axis=1).tolist() == [winding < 0 for winding in before]

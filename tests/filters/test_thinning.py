@@ -20,6 +20,12 @@ def test_the_first_point_of_each_cell_stays() -> None:
     np.testing.assert_array_equal(np.flatnonzero(~surplus_points(points, 0.7)), sorted(first.values()))
 
 
+def test_a_cell_begins_at_multiples_of_its_side() -> None:
+    """Of whole numbers, each even one shares a cell of side 2 with the odd one above it, below 0 as well."""
+    points = np.column_stack([np.arange(-4.0, 4.0), np.zeros((8, 2))])
+    np.testing.assert_array_equal(surplus_points(points, 2.0), points[:, 0] % 2 == 1)
+
+
 def test_cells_that_cannot_be_told_apart_are_refused() -> None:
     """So far from the origin a cell would be smaller than the step from number to number."""
     with pytest.raises(FilterInputError, match="too small for coordinates"):
