@@ -16,11 +16,24 @@ from typing import Any
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth
 from numpy.typing import NDArray
+from scipy import sparse
 
-from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
-from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.denoising import normal_filtering
+from pymeshfair.filters.denoising.face_neighbourhoods import FaceNeighbourhoods, mean_centre_distance
+from pymeshfair.filters.denoising.normal_filter import NormalFilter, Weighting, weighted_normals
+from pymeshfair.filters.denoising.vertex_update import fit_vertices
+from pymeshfair.filters.geometry import (
+    AREA,
+    CENTRE,
+    NORMAL,
+    face_normals,
+    mean_edge_length,
+    mean_normals_at_vertices,
+    measure_faces,
+    unit_vectors,
+)
 from pymeshfair.filters.robust import KernelName
-from pymeshfair.filters.topology import face_adjacency
+from pymeshfair.filters.topology import face_adjacency, one_rings, vertex_faces
 
 NOISE = 0.3
 #: what all kernels share
@@ -103,11 +116,36 @@ def bumpy_ball(levels: int = 4) -> Shape:
     return Shape.of("ball", points * (1 + 0.06 * waves)[:, None], np.array(ball.faces, dtype=np.int32))
 
 
+def filtered_by_vertices(
+    vertices: Floats, faces: Ints, *, range_kernel: KernelName, range_sigma: float, **schedule: Any
+) -> Floats:
+    """As `normal_filtering`, but the normals of vertices are filtered; a face gets the mean normal of its corners."""
+    n = len(vertices)
+    settings = NormalFilter(range_kernel=range_kernel, range_sigma=range_sigma, space_sigma=schedule["space_sigma"])
+    near = one_rings(faces, n)
+    step = sparse.csr_matrix((np.ones(len(near.neighbours)), near.neighbours, near.offsets), (n, n))
+    around = sparse.csr_matrix(step + step @ step)
+    around.setdiag(0.0)
+    around.eliminate_zeros()
+    two_rings, one_ring = (FaceNeighbourhoods(m.indptr.astype(np.int64), m.indices) for m in (around, step))
+    for _ in range(schedule["outer_iterations"]):
+        table, rows = measure_faces(vertices, faces), np.zeros((n, 8))
+        rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), n)
+        rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, n)
+        rows[:, CENTRE] = vertices
+        weighting = Weighting.of(settings, mean_centre_distance(rows, one_ring))
+        normals = weighted_normals(rows[:, NORMAL].copy(), rows, two_rings, weighting)
+        targets, moves = unit_vectors(normals[faces].sum(axis=1)), np.ones(n, np.bool_)
+        iterations = schedule["vertex_iterations"]
+        vertices = fit_vertices(vertices, faces, vertex_faces(faces, n), targets, iterations=iterations, moves=moves)
+    return vertices
+
+
 def best(shape: Shape, kernel: KernelName, *, by_vertices: bool = False) -> tuple[Floats, float]:
     """The mesh with the least MAD over the scales, and its scale; of "l2" and "l1" the scale changes nothing."""
-    method: NormalFilterMethod = "vertex_normals" if by_vertices else "bilateral"
+    run = filtered_by_vertices if by_vertices else normal_filtering
     filtered = (
-        (normal_filtering(shape.noisy, shape.faces, method=method, range_kernel=kernel, range_sigma=sigma, **SCHEDULE), sigma)
+        (run(shape.noisy, shape.faces, range_kernel=kernel, range_sigma=sigma, **SCHEDULE), sigma)
         for sigma in ((1.0,) if kernel in ("l2", "l1") else SIGMAS)
     )
     return min(filtered, key=lambda found: shape.mad(found[0]))

@@ -12,7 +12,7 @@ from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, exponential, weigh
-from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
+from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood
 
 #: Kernels of the distance between face centres: an M-estimator, or "constant" for no kernel.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
@@ -24,8 +24,7 @@ RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
 #: "mean": the weight is the area [belyaev2001]. "unilateral": area times a kernel of the deviation of normals [yadav2021].
 #: "bilateral": the unilateral weight times a kernel of the distance [zheng2011]. "averaged": bilateral, but the deviations are
 #: those of normals averaged over "vertex" neighbourhoods. "guided": bilateral, but with deviations of guide normals [zhang2015].
-#: "vertex_normals": bilateral on vertex normals; a face gets the mean normal of its corners; for comparison only.
-NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
+NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided"]
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 # About this number of neighbours is weighted at once: few enough to stay in the cache.
 _BATCH = 256
@@ -43,7 +42,7 @@ class NormalFilter:
 
     The sum goes over the faces j around face i, with area A and centre c; x_ij is the deviation of their normals, see
     `weighted_normals`. If a border cuts off the neighbourhood, the mean follows the trend of the normals, see `_follow_trend`;
-    not for "mean" and "vertex_normals". The defaults are those of the authors' code of [zheng2011].
+    not for "mean". The defaults are those of the authors' code of [zheng2011].
 
     Attributes:
         method: definition of the weights; see `NormalFilterMethod`.
@@ -57,8 +56,7 @@ class NormalFilter:
             would lock two normals that agree by chance; a bound such as 0.03 prevents this.
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge; the standard deviation for
             "gaussian". A larger scale smooths larger details, as far as the neighbourhood reaches.
-        neighborhood: the faces to average over; see `Neighborhood`. More faces smooth larger details and take more time. The
-            method "vertex_normals" uses rings of vertices ("edge" and "vertex": one ring), and `space_sigma` in mean edges.
+        neighborhood: the faces to average over; see `Neighborhood`. More faces smooth larger details and take more time.
         radius: radius of the neighbourhoods "radius" and "geodesic", in mean distances of centres of adjacent input faces.
         normal_iterations: number of filter passes. More passes smooth more.
 
@@ -88,13 +86,11 @@ class NormalFilter:
         check_positive("space_sigma", self.space_sigma)
         check_positive("radius", self.radius)
         check_whole_number("normal_iterations", self.normal_iterations)
-        if self.method == "vertex_normals":
-            check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_NEIGHBORHOOD))
 
     @property
     def ignores_numbers_of_faces(self) -> bool:
-        """Whether another order of faces in memory changes no bit, see `Adjacency.of`: not with 'guided' and 'vertex_normals'."""
-        return self.method not in ("guided", "vertex_normals")
+        """Whether another order of faces in memory changes no bit, see `Adjacency.of`: not with 'guided'."""
+        return self.method != "guided"
 
 
 class Weighting(NamedTuple):

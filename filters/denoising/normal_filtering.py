@@ -1,7 +1,4 @@
-"""Denoising by rounds of two steps: filters the face normals, then fits the vertices to them.
-
-The filter of vertex normals is here for comparison only, since vertex normals average across creases [yadav2021].
-"""
+"""Denoising by rounds of two steps: filters the face normals, then fits the vertices to them."""
 
 import math
 from collections.abc import Iterator
@@ -14,10 +11,9 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..geometry import AREA, CENTRE, NORMAL, looking_away, mean_normals_at_vertices, measure_faces, squared_length, unit_vectors
-from ..libraries import sparse
+from ..geometry import AREA, NORMAL, looking_away, measure_faces, squared_length
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_mesh, normalised_mesh
-from ..topology import BORDER_POLICIES, BorderPolicy, one_rings
+from ..topology import BORDER_POLICIES, BorderPolicy
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Adjacency, FaceNeighbourhoods, centre_distance_sums, mean_centre_distance
 from .normal_filter import NormalFilter, Weighting, mean_normals, weighted_normals
 from .vertex_update import VertexUpdate, fit_vertices
@@ -112,7 +108,7 @@ def filter_face_normals(
     mesh = normalised_mesh(points, triangles)
     adjacency = Adjacency.of(mesh, sweeps=settings.normal_iterations if settings.ignores_numbers_of_faces else 0)
     now = mesh.in_order(adjacency.places).points
-    filtered = NormalPasses(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
+    filtered = NormalPasses(now, adjacency, settings).filtered(measure_faces(now, adjacency.faces), progress)
     if adjacency.face_places is not None:
         permuted, filtered = filtered, np.empty_like(filtered)
         filtered[adjacency.face_places] = permuted
@@ -153,7 +149,7 @@ def rounds(
             now,
             adjacency.faces,
             adjacency.at_vertices,
-            passes.filtered(now, table, progress),
+            passes.filtered(table, progress),
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
@@ -179,27 +175,13 @@ class NormalPasses:
     """Filters face normals in the order of `adjacency`; for part of a mesh, `distance` is `mean_centre_distance` of the whole."""
 
     def __init__(self, points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> None:
-        self._settings, self._adjacency, self._distance, faces = settings, adjacency, distance, adjacency.faces
-        self._cut_off = None
-        if settings.method == "vertex_normals":
-            self._edge = vertex_neighbourhoods(faces, len(points), 1)
-            self._averaged = vertex_neighbourhoods(faces, len(points), RINGS_OF_NEIGHBORHOOD[settings.neighborhood])
-        else:
-            self._edge = adjacency.around("edge")
-            self._averaged = adjacency.within(settings.neighborhood, points, settings.radius)
-            self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
+        self._settings, self._adjacency, self._distance = settings, adjacency, distance
+        self._edge = adjacency.around("edge")
+        self._averaged = adjacency.within(settings.neighborhood, points, settings.radius)
+        self._cut_off = adjacency.cut_off(settings.neighborhood, settings.radius)
 
-    def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
+    def filtered(self, table: Floats, progress: Progress) -> Floats:
         """Returns (m, 3) the filtered unit normals of the faces; may overwrite the normals in the table of `measure_faces`."""
-        if self._settings.method != "vertex_normals":
-            return self._passed(table, progress)
-        faces = self._adjacency.faces
-        normals = self._passed(measure_vertices(points, faces, table), progress)
-        means = unit_vectors(normals[faces].sum(axis=1))
-        # A face keeps its normal if the normals of its vertices cancel out.
-        return np.where(means.any(axis=1, keepdims=True), means, table[:, NORMAL])
-
-    def _passed(self, table: Floats, progress: Progress) -> Floats:
         settings, around = self._settings, self._adjacency.around
         distance = mean_centre_distance(table, self._edge) if self._distance is None else self._distance
         weighting = Weighting.of(settings, distance)
@@ -285,35 +267,14 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
 
 
-def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
-    """Returns for each vertex the vertices at most `rings` edges away, ascending, without the vertex itself."""
-    near, shape = one_rings(faces, n_vertices), (n_vertices, n_vertices)
-    step = sparse.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), shape)
-    around = step
-    for _ in range(rings - 1):
-        around = around + around @ step
-    around = sparse.tril(around, -1, "csr") + sparse.triu(around, 1, "csr")
-    around.sort_indices()
-    return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
-
-
-def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """Returns (n, 8) a table as in `measure_faces`, for vertices: area-weighted mean normal, area of the faces, coordinates."""
-    rows = np.zeros((len(vertices), 8))
-    rows[:, AREA] = np.bincount(faces.ravel(), np.repeat(table[:, AREA], 3), len(vertices))
-    rows[:, NORMAL] = mean_normals_at_vertices(table[:, AREA, None] * table[:, NORMAL], faces, len(vertices))
-    rows[:, CENTRE] = vertices
-    return rows
-
-
 def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
     """Returns the number of rings of faces around a vertex on which its position after one round depends.
 
     Raises:
-        FilterInputError: the filter depends on a distance or on rings of vertices, not on rings of faces.
+        FilterInputError: the filter depends on a distance, not on rings of faces.
     """
-    if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
-        raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
+    if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD:
+        raise FilterInputError(f"neighborhood {settings.neighborhood!r} has no rings of faces")
     rings_of_iteration = RINGS_OF_NEIGHBORHOOD[settings.neighborhood] + _RINGS_OF_GUIDE.get(settings.method, 0)
     return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration + 2 * _FOLD_TESTS
 

@@ -283,7 +283,8 @@ def _custom(mesh: MeshData, element: str, name: str) -> NDArray[np.float64] | No
     values, document = attributes.get(name), None if mesh.source is None else mesh.source.document
     if name not in (VERTEX_ATTRIBUTES if element == "vertex" else FACE_ATTRIBUTES) and values is not None and values.ndim == 1:
         return np.asarray(values, np.float64)
-    values = document.custom(element).get(name) if hasattr(document, "custom") else None
+    custom = getattr(document, "custom", None)
+    values = None if custom is None else custom(element).get(name)
     return None if values is None else _of_old(values.astype(np.float64), source_ids(ids, len(values)))
 
 

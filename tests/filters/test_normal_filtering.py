@@ -15,7 +15,6 @@ from pymeshfair.filters import mesh as ordering
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import (
-    Neighborhood,
     NormalFilter,
     NormalFilterMethod,
     RangeMeasure,
@@ -134,44 +133,7 @@ def slow_pass(
     return np.asarray(normals)
 
 
-def slow_pass_of_vertices(mesh: Mesh, range_sigma: float, space_sigma: float, rings: int, passes: int) -> Floats:
-    """The filter of vertex normals by its definition, and the means of the corners' normals."""
-    vertices, faces = mesh
-    corners = vertices[faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    n = len(vertices)
-    near = [{int(j) for face in faces if i in face for j in face} for i in range(n)]
-    edges = [(i, j) for i in range(n) for j in near[i] if j > i]
-    mean = float(np.mean([np.linalg.norm(vertices[i] - vertices[j]) for i, j in edges]))
-    around = near
-    for _ in range(rings - 1):
-        around = [set().union(*(near[j] for j in row)) for row in around]
-    areas = [sum(float(np.linalg.norm(cross[f])) for f, face in enumerate(faces) if i in face) for i in range(n)]
-    normals = np.array([unit(sum(cross[f] for f, face in enumerate(faces) if i in face)) for i in range(n)])
-    for _ in range(passes):
-        result = np.empty_like(normals)
-        for i in range(n):
-            total = np.zeros(3)
-            for j in sorted(around[i] - {i}):
-                near_by = kernel("gaussian", float(np.linalg.norm(vertices[i] - vertices[j])), space_sigma * mean)
-                alike = kernel("gaussian", float(np.linalg.norm(normals[i] - normals[j])), range_sigma)
-                total += areas[j] * near_by * alike * normals[j]
-            result[i] = unit(total)
-        normals = result
-    return np.array([unit(normals[face].sum(axis=0)) for face in faces])
-
-
-@pytest.mark.parametrize(("neighborhood", "rings"), [("vertex", 1), ("two_ring", 2), ("three_ring", 3)])
-def test_vertex_normals_are_their_definition(neighborhood: Neighborhood, rings: int) -> None:
-    """Two passes over the normals of vertices equal the loops over vertices above, to 1e-10."""
-    mesh = noisy(icosphere(1), 0.08)
-    fast = filter_face_normals(
-        *mesh, method="vertex_normals", neighborhood=neighborhood, range_sigma=0.5, space_sigma=1.3, normal_iterations=2
-    )
-    np.testing.assert_allclose(fast, slow_pass_of_vertices(mesh, 0.5, 1.3, rings, 2), rtol=0, atol=1e-10)
-
-
-@pytest.mark.parametrize("method", [method for method in get_args(NormalFilterMethod) if method != "vertex_normals"])
+@pytest.mark.parametrize("method", get_args(NormalFilterMethod))
 def test_every_method_is_its_definition(method: NormalFilterMethod) -> None:
     """Two passes of each method equal the loops over faces above, to 1e-10."""
     mesh = noisy(icosphere(1), 0.08)
@@ -283,8 +245,8 @@ def test_threads_make_no_difference(settings: dict[str, Any], monkeypatch: pytes
     assert results[0] == results[1]
 
 
-# Vertex normals and conjugate gradients take sums over all vertices.
-LOCAL = [s for s in EVERY_METHOD if not {"vertex_normals", "conjugate_gradient"} & {str(value) for value in s.values()}]
+# Conjugate gradients take sums over all vertices.
+LOCAL = [s for s in EVERY_METHOD if "conjugate_gradient" not in s.values()]
 
 
 @pytest.mark.parametrize("settings", LOCAL)
@@ -443,7 +405,6 @@ def test_progress_runs_from_0_to_1() -> None:
         ({"space_kernel": "cosine"}, "space_kernel 'cosine' is not one of 'constant'"),
         ({"range_measure": "cosine"}, "range_measure 'cosine' is not one of"),
         ({"neighborhood": "all"}, "neighborhood 'all' is not one of"),
-        ({"method": "vertex_normals", "neighborhood": "radius"}, "'vertex_normals' 'radius' is not one of 'edge', 'vertex'"),
         ({"vertex_update": "newton"}, "vertex_update 'newton' is not one of"),
         ({"border": "open"}, "border 'open' is not one of"),
         ({"range_sigma": 0.0}, "range_sigma is 0.0: it must be finite and above 0"),

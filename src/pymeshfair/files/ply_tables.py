@@ -147,8 +147,8 @@ def _plain(type_: str) -> str:
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Sequence[str] | None = None) -> bytes:
     """Returns the header with only `elements`, their properties in the given order, and `textures` in place of its own."""
-    missing, count = {e.name: e for e in elements}, len(header.textures)
-    names, further = (list(header.textures), []) if textures is None else (list(textures[:count]), textures[count:])
+    missing, named = {e.name: e for e in elements}, len(header.textures)
+    names, further = (list(header.textures), []) if textures is None else (list(textures[:named]), textures[named:])
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     end = "\n"
     lines: list[str] = []

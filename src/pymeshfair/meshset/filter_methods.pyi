@@ -1054,7 +1054,7 @@ class FilterMethods(metaclass=LateMethods):
     def apply_coord_normal_filtering(
         self,
         *,
-        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"] = "auto",
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
         range_kernel: Literal[
             "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
@@ -1088,8 +1088,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
                 by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges. 'vertex_normals'
-                is bilateral on the normals of vertices.
+                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1559,7 +1558,7 @@ class FilterMethods(metaclass=LateMethods):
     def apply_normal_robust_filtering_per_face(
         self,
         *,
-        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"] = "auto",
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
         range_kernel: Literal[
             "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
@@ -1583,8 +1582,7 @@ class FilterMethods(metaclass=LateMethods):
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
                 by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges. 'vertex_normals'
-                is bilateral on the normals of vertices.
+                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.

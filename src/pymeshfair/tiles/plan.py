@@ -43,7 +43,6 @@ _WHY = {
 #: values of parameters of normal filtering that need the whole mesh
 _WHOLE = {
     "neighborhood": ("radius", "geodesic"),
-    "method": ("vertex_normals",),
     "vertex_update": ("conjugate_gradient",),
     "outliers": ("replace", "only"),
     "rounding": ("undo",),
