@@ -82,7 +82,7 @@ def _cross_validated(
     # 2. Impulse noise: outliers are replaced first, and are not evidence.
     calmed, uneven = (scan, False) if repertoire.outliers == "keep" else scan.without_impulses
     is_even, setting, evidence = calmed is scan and not uneven, Setting(), None
-    # 3. A model of planes counts as free of noise. So does a mesh with a low level of noise, even and without impulses.
+    # 3. A model of planes counts as free of noise. So does a mesh with little noise, equally strong everywhere, without impulses.
     if not is_designed(mesh.points, mesh.cells) and not (is_even and scan.noise.level < tuned.NO_NOISE):
         # 4. Cross-validation. With outliers it also tries settings that move only the outliers, without Taubin steps.
         alone = calmed is not scan and 0 in repertoire.relaxations

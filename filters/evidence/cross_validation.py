@@ -27,11 +27,11 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Runs]
 
 @dataclass(frozen=True)
 class Trial(Generic[Label]):
-    """One candidate and its score."""
+    """One candidate and its score: the mean of its clipped squared deviations, see `scores_of`, or an expected squared error."""
 
     label: Label
-    error: float  # root of its mean q, see `scores_of`, in mean edges
-    excess: float  # its mean square minus that of the best candidate, in squared mean edges
+    error: float  # root of the score, in mean edges
+    excess: float  # the score minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
 
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # clipped at one bound for all vertices, also if `scores_of` gets `near`: comparable with noise levels
+    errors: Floats  # from `scores_of` without `near`, so that they can be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int

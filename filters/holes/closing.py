@@ -64,10 +64,10 @@ def close_holes(
 
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
-    triangulation, and each round makes it more regular. If a patch (not of "membrane") bends more than `SHARP` times as much
-    at its rim as the mesh around, its edges get shorter in the next round. A filling of more than `MOST_VERTICES` vertices gets
-    larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new vertices out of
-    the box of their rim by more than `FURTHEST`, the next lower energy places them.
+    triangulation, and each round makes it more regular. Unless `energy` is "membrane", if a patch bends more than `SHARP`
+    times as much at its rim as the mesh around, its edges get shorter in the next round. A filling of more than `MOST_VERTICES`
+    vertices gets larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new
+    vertices out of the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
     The closed mesh is manifold where the mesh was manifold, and has the same orientation. Outer borders of open sheets are not
     holes and stay open (`outer_borders`): a spherical cap up to 109 degrees from its pole has an outer border, a larger cap has a
@@ -369,7 +369,7 @@ def remesh_region(
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():
             raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select one ring more, or one ring less")
-    # Triangles linked by edges leave one hole: two closed rims of the same triangles would cut a body or a handle in two.
+    # Removed triangles that are linked by edges must leave one hole: closing two rims of it would cut a body or a handle in two.
     pairs, count = face_adjacency(triangles[gone])[0], int(gone.sum())
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
     if len(filling.closed) > sparse.csgraph.connected_components(links, directed=False)[0]:

@@ -28,7 +28,7 @@ STACK = 64
 _INDEX = 3
 #: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: An index above all others. A search has a bound on distances; points exactly at it count if they have less than a given index.
+#: An index above all others. A search has a largest distance, and a bound on the indices of points at exactly this distance.
 ANY_INDEX = 2**62
 #: How many distances `keep_nearest` tries before it selects exactly: with equal distances every try may fail.
 _GUESSES = 6

@@ -22,7 +22,7 @@ from ..scripts.script import Step
 if TYPE_CHECKING:
     from ..door import Door
 
-#: MeshLab's filters that drop the numbers of elements: each runs in a door of its own, which finds old elements by their places
+#: MeshLab's filters that drop the element numbers of the door, an attribute: a door of their own finds elements by place
 _COPIES = frozenset({"meshing_repair_non_manifold_edges"})
 #: MeshLab's filters that make quads, and what becomes of them
 _MAKE_QUADS = {
