@@ -62,7 +62,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @contextmanager
 def _in_control() -> Iterator[None]:
-    """Context in which this thread may set limits: since 3.8 threadpoolctl ignores all threads but the first that sets one."""
+    """Context in which this thread may set limits: threadpoolctl 3.8 takes them only from the first thread that sets one."""
     release = getattr(threadpoolctl.OpenBLASController, "clear_controlling_thread", lambda force: None)
     release(force=True)
     yield

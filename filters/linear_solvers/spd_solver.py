@@ -29,7 +29,7 @@ _ATTEMPTS = 4
 #: The count of eigenvalues below a shift is right if all eigenvalues differ from the shift by more than the backward error times
 #: the largest eigenvalue. The eigensolver refines the modes, so rough factors suffice for modes.
 _GOOD, _ROUGH = 1e-12, 1e-9
-# From this many rows on, factorising runs on a thread of its own, which can be abandoned.
+# From this many rows on, `Cholesky` factorises on a thread of its own, which can be abandoned.
 _QUICK = 20_000
 #: Refinement ends when the next correction is predicted to be below `_REFINED` times the extent of the solution, or after
 #: `_MOST_REFINEMENTS` steps.

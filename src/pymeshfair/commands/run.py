@@ -47,7 +47,7 @@ def run(
     overwrite: Annotated[bool, Option("--overwrite", help="Replace OUTPUT (even if it is INPUT), map and report.")] = False,
     map: Annotated[Path | None, Option(metavar="MAP.ply", help="Write a map of kept, moved and added surface.")] = None,
     map_tolerance: Annotated[str | None, Option(metavar="LENGTH", help="In the map, smaller moves count as kept.")] = None,
-    tiles: Annotated[bool, Option("--tiles", help="Work in tiles, if memory is too small; see docs/scale.md.")] = False,
+    tiles: Annotated[bool, Option("--tiles", help="Work in tiles, for scans larger than the memory; see docs/scale.md.")] = False,
     resume: Annotated[bool, Option("--resume", help="With --tiles: continue a killed run.")] = False,
     report: options.Report = None,
     up: options.Up = None,
@@ -210,7 +210,7 @@ def verify(
     The recipe in the provenance is compared with the recipe that pymeshfair ships, or with the recipe's file. --allow-outside and
     --unchecked must be given again if the run had them.
 
-    Exit codes: 0: the same bytes (random filters without a seed, and .3mf files: equal counts of elements, small distances);
+    Exit codes: 0: the same bytes (of random filters without a seed: equal counts of elements, and small distances);
     1: other bytes, or the run failed; 3: the output has changed; 4: the input has changed; 5: the recipe has changed; 6: other
     bytes, and versions of software or the system have changed, too.
     """

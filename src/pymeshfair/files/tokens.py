@@ -158,7 +158,7 @@ class Tokens:
     #: (l,) the first token of each line, encoded by `word`; 0 for a number, and for a word of over 8 bytes
     keywords: NDArray[np.uint64]
     starts: Longs  # (l,) where each line begins in the text
-    numbers: Longs  # (l,) the number of each line in the file, from 1
+    numbers: Longs  # (l,) the number of each line, from 1; lines that `joined` has joined count as one
 
     @property
     def lengths(self) -> Longs:
@@ -215,10 +215,10 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Replaces a byte order mark, backslashes at line ends with their line ends, and perhaps comments by as many blanks."""
+    """Joins lines that end in a backslash to the next, by as many blanks; a byte order mark becomes blanks, too."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
-    if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # the backslash at the end of `# from C:\scans\` joins no lines
+    if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment such as `# from C:\scans\` is not joined
         data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", _blank, data)
     return re.sub(rb"\\\r?\n", _blank, data) if b"\\" in data else data
 

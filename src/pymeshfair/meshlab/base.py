@@ -1,6 +1,6 @@
 """pymeshlab's own class of mesh sets, the lock for calls from threads, the reset after a failed filter, and the errors.
 
-`MeshSet` imports this before a program can replace `pymeshlab.MeshSet`.
+`BASE` stays pymeshlab's class if a program sets ``pymeshlab.MeshSet = pymeshfair.MeshSet``.
 """
 
 import threading

@@ -30,7 +30,7 @@ def traps(script: Script) -> Iterator[str]:
     try:
         parse_fits(paragraphs(script.comment.partition("\n")[2]).get("Fits", ""))
     except ParameterError as error:
-        yield f"head: {error}; no scan is checked against it"
+        yield f"head: {error}; scans are checked against none of its conditions"
     for index in deletes_result(script.steps):
         yield (
             f"{_place(script, index)} deletes the result of the step before, because this result is now the current layer; "
