@@ -127,7 +127,7 @@ def apply_coord_detail_enhancement(
             f"{enhanced.largest_displacement / edge:.2g} mean edges",
         )
         if not selected and enhanced.largest_displacement < 0.01 * abs(gain - 1.0) * enhanced.height:
-            staying = "vertices nearer to a border, and parts thinner than the longest wave stay"
+            staying = "vertices near a border and parts far thinner than the longest wave stay"
             notes += (f"hardly anything moved: {staying}; a smaller largest_size moves them",)
     report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
     return Edit(vertices=enhanced.vertices, values=report, notes=notes)

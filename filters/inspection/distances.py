@@ -39,8 +39,8 @@ class Displacement:
 
     vectors: Floats  # (n, 3) from the counterpart to the vertex, in mesh units
     distances: Floats  # (n,) the lengths of the vectors
-    # (n,) if `by_vertex` and the reference vertex has a face, the component of the vector along the normal there, which is 0 for
-    # tangential motion; otherwise the distance, positive outside the reference and negative inside
+    # (n,) if `by_vertex`, the component of the vector along the normal of the reference vertex, 0 for tangential motion, or the
+    # distance if there is no normal; else the distance, positive outside the reference and negative inside
     signed: Floats
     by_vertex: bool  # whether vertex i was compared with vertex i of the reference
 

@@ -305,7 +305,7 @@ def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.in
     of_faces = _first_equal(np.sort(of_vertices[faces], axis=1), np.sort(first[sent.faces], axis=1))
     new, old = faces[of_faces >= 0], sent.faces[of_faces[of_faces >= 0]]
     order, place = np.argsort(of_vertices[new], axis=1), np.argsort(first[old], axis=1)
-    # Of sent vertices with equal coordinates, a vertex gets the number of the one that its face has.
+    # Several sent vertices may have equal coordinates: a vertex gets the number of the one in the sent face at its place.
     of_vertices[np.take_along_axis(new, order, 1)] = np.take_along_axis(old, place, 1)
     return of_vertices, of_faces
 

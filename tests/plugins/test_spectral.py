@@ -157,7 +157,7 @@ def test_a_body_without_room_for_the_waves_is_named() -> None:
     meshes, notes = mesh_set((vertices * (1.0, 0.8, 0.6), faces)), list[str]()
     meshes.on_note = notes.append
     meshes.apply_coord_detail_enhancement(detail_size="6edge", largest_size="120edge")
-    assert "parts thinner than the longest wave stay; a smaller largest_size moves them" in notes[-1]
+    assert "parts far thinner than the longest wave stay; a smaller largest_size moves them" in notes[-1]
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), vertices * (1.0, 0.8, 0.6), atol=1e-3)
 
 
@@ -171,7 +171,7 @@ def test_borders_and_the_selection_are_causes_too() -> None:
         meshes.compute_selection_by_condition_per_vertex(condselect="x < 0.1 && y < 0.1")
         meshes.apply_filter("apply_coord_detail_enhancement", detail_size="6edge", largest_size="500edge", selected=selected)
     assert [note for note in notes if "hardly anything moved" in note] == [notes[1]]
-    assert "vertices nearer to a border, and parts thinner than the longest wave stay" in notes[1]
+    assert "vertices near a border and parts far thinner than the longest wave stay" in notes[1]
 
 
 def test_each_filter_is_in_its_menu() -> None:
