@@ -14,7 +14,7 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# A point is flat if its thickness, see `thicknesses`, is at most this. On surfaces with noise of 0.4 spacings most points are flat,
+# A point is flat if its thickness (`thicknesses`) is at most this. On surfaces with noise of 0.4 spacings most points are flat,
 # in parts that fill space 3 % of them are.
 _FLAT = 0.06
 # A part fills space if its mean thickness is above `_FULL`: it is 0.17 to 0.19 there, 0.09 on surfaces. Such a part is kept if it
