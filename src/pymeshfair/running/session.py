@@ -138,7 +138,8 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            over = ", and turns all faces over, as it mirrors" if np.linalg.det(result.matrix[:3, :3]) < 0.0 else ""
+            is_mirror = len(result.faces) and np.linalg.det(result.matrix[:3, :3]) < 0.0
+            over = ", and turns all faces over, as it mirrors" if is_mirror else ""
             self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{over}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
