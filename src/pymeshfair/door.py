@@ -193,7 +193,7 @@ class Door:
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or has_point_normals:
             normals = read_array(mesh, "vertex_normals")
-            if keeps_normals or normals.any():
+            if (keeps_normals or normals.any()) and not np.isnan(normals).all():  # as MeshLab makes them by a mirror
                 vertex["normals"] = _unit(normals, before.vertex_attributes.get("normals"), of_vertices)
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)

@@ -63,3 +63,9 @@ def test_a_mesh_without_curves_is_no_drawing(tmp_path: Path) -> None:
     vertices, faces = cube()
     with pytest.raises(OutputError, match="smooth_section"):
         save(MeshData(vertices=vertices, faces=faces), tmp_path / "cube.dxf")
+
+
+def test_a_straight_curve_can_be_seen(tmp_path: Path) -> None:
+    """The view of an SVG file shows nothing if its height is 0."""
+    save(MeshData(vertices=np.array([[0.0, 0, 0], [8, 0, 0]]), edges=np.array([[0, 1]])), tmp_path / "a.svg")
+    assert 'width="8" height="0.008" viewBox="0 -0 8 0.008"' in (tmp_path / "a.svg").read_text()

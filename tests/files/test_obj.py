@@ -339,6 +339,17 @@ def test_coordinates_of_vertices_that_a_step_gives_are_written(tmp_path: Path) -
     assert wedges.tolist() == [[[0, 1], [2, 3], [4, 5]]]
 
 
+def test_faces_without_normals_beside_others_stay_so(tmp_path: Path) -> None:
+    """The file is written as it was, and without a face the normals of the others are those of the file, too."""
+    text = f"{SQUARE}vt 0 0\nvn 0 1 0\nf 1//1 2//1 3//1\nf 1/1/1 3/1/1 4/1/1\nf 2 3 4\nf 2/1 4/1 3/1\nf 1//1 2//1 4//1\np 1\n"
+    mesh = read(tmp_path / "a.obj", text)
+    save(mesh, tmp_path / "b.obj")
+    assert (tmp_path / "b.obj").read_text() == text
+    save(mesh.part(np.ones(4, np.bool_), np.arange(5) < 4), tmp_path / "c.obj")
+    faces = [line for line in (tmp_path / "c.obj").read_text().splitlines() if line.startswith(("f", "vn"))]
+    assert faces == ["vn 0.0 1.0 0.0", "f 1/1/1 2/1/1 3/1/1", "f 1/1/1 3/1/1 4/1/1", "f 2/1 3/1 4/1", "f 2/1 4/1 3/1"]
+
+
 def test_a_cloud_gets_faces(tmp_path: Path) -> None:
     """Faces that a step gives to the points of a file are written."""
     mesh = read(tmp_path / "a.obj", SQUARE)

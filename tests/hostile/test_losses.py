@@ -90,6 +90,7 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("comments.obj", b"# scanned by Anna\n#\nv 0 0 0\nv 1 0 0 # a tip\nv 0 1 0\nf 1 2 3\n", "out.stl", "comments (2)"),
     ("k\xf6rper.stl", _SOLID % "Körper".encode(), "out.ply", "its head 'Körper'"),
     ("second.glb", _gltf({}, {"TEXCOORD_1": 2}), "out.ply", "attribute TEXCOORD_1"),
+    ("bare.glb", _gltf({}, {"TEXCOORD_0": 2}), "out.ply", "texture coordinates without a texture"),
     ("custom.glb", _gltf({}, {"_HEAT": 1}), "out.ply", "attribute _HEAT"),
     ("extras.glb", _gltf({"extras": {"by": "me"}}, {}), "out.ply", "extras"),
     ("names.glb", _gltf({"nodes": [{"mesh": 0, "name": "nose"}]}, {}), "out.ply", "names of nodes"),

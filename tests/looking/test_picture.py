@@ -172,6 +172,18 @@ def test_clouds_and_polylines_are_drawn() -> None:
     assert np.count_nonzero((lines[:90] < 200).all(axis=2)) > 80
 
 
+def test_a_cloud_has_no_numbers_of_faces() -> None:
+    """Measures of surfaces are refused for a cloud; one that had faces before shows the colours of its points."""
+    levels = np.tile(np.array([255, 0, 0, 255], np.uint8), (2, 1))
+    none: dict[str, Any] = {"colors": levels[:0], "scalars": np.empty(0), "wedge_texture_coordinates": np.empty((0, 3, 2))}
+    cloud = MeshData(vertices=np.eye(3)[:2], face_attributes=none, textures=(Texture("a.png", None),))
+    for color in ("curvature", "gaussian", "shape", "scalar", "own"):
+        with pytest.raises(MeshError, match=r"none|no colours"):
+            pixels(cloud, color=color)
+    seen = pixels(cloud.with_attributes({"colors": levels}), color="own")
+    assert (seen[..., 0] > seen[..., 1]).any()
+
+
 def test_rendering_is_the_same_every_time() -> None:
     """The same scene gives the same bytes."""
     vertices, faces = sample("bunny.obj")

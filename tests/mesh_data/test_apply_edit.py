@@ -161,7 +161,7 @@ def test_a_new_layer_comes_from_no_file() -> None:
 
 
 def test_a_matrix_is_applied_to_points_and_normals() -> None:
-    """Normals turn with the inverse transpose, so that they stay at right angles to the surface."""
+    """Normals turn with the inverse transpose, so that they stay at right angles to the surface, and have the length 1."""
     rng = np.random.default_rng(0)
     matrix = np.eye(4)
     matrix[:3] = rng.normal(size=(3, 4))
@@ -171,6 +171,8 @@ def test_a_matrix_is_applied_to_points_and_normals() -> None:
     np.testing.assert_allclose(after.vertices, vertices @ matrix[:3, :3].T + matrix[:3, 3])
     a, b = after.vertices[faces[:, 1]] - after.vertices[faces[:, 0]], vertices[faces[:, 1]] - vertices[faces[:, 0]]
     ends = after.vertex_attributes["normals"][faces[:, 0]], vertices[faces[:, 0]]
+    np.testing.assert_allclose(np.linalg.norm(ends[0], axis=1), 1.0)
+    ends[0][:] *= np.linalg.norm(ends[1] @ np.linalg.inv(matrix[:3, :3]), axis=1)[:, None]
     np.testing.assert_allclose((a * ends[0]).sum(axis=1), (b * ends[1]).sum(axis=1), atol=1e-12)
 
 

@@ -383,6 +383,18 @@ def test_a_matrix_that_mirrors_is_said_to_turn_the_faces(tmp_path: Path) -> None
     assert report["after"]["volume"] > 0.0
 
 
+def test_normals_of_a_mirrored_mesh_are_numbers(tmp_path: Path) -> None:
+    """MeshLab makes NaN of them: those of a mesh are computed from its faces, those of a cloud are named as lost."""
+    mirror: Given = ("compute_matrix_from_scaling_or_normalization", {"axisx": -1.0, "uniformflag": False})
+    vertex = [*xyz(TETRAHEDRON[0]), *(("float", name, [0.0, 0.6, 0.8, 1.0]) for name in ("nx", "ny", "nz"))]
+    (tmp_path / "in.ply").write_bytes(ply_bytes(vertex))
+    report = session_report(tmp_path / "in.ply", tmp_path / "out.ply", mirror)
+    assert np.isfinite(read_file(staged_files(report)["out.ply"]).mesh.vertex_attributes["normals"]).all()
+    (tmp_path / "cloud.ply").write_bytes(ply_bytes(vertex, []))
+    report = session_report(tmp_path / "cloud.ply", tmp_path / "cloud-out.ply", mirror)
+    assert "after the steps the mesh has no vertex normals any more" in report["warnings"]
+
+
 def test_what_the_steps_take_away_is_named(tmp_path: Path, everything: Path) -> None:
     """Remeshing drops colours, scalars and texture coordinates in silence; the run says which."""
     report = session_report(everything, tmp_path / "out.ply", ("generate_resampled_uniform_mesh", {"cellsize": "10%"}))

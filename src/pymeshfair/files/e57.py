@@ -72,9 +72,9 @@ class _Survey:
         self._has_normals = any(set(_NORMAL) <= kinds.keys() for kinds in self._kinds)
         standard = (*_PLACE, *_SPHERE, *_INVALID, *(_COLOR if self._colored else ()))
         names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
-        single = [name for name in names if not (self._has_normals and name in _NORMAL)]
+        vector = _NORMAL if self._has_normals else ()
         #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
-        self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in single}
+        self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names if name not in vector}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"of its {len(self.headers):,} scans have no"
         self.doubts = tuple(f"{n:,} {scans} field {name!r}, which is 0 there" for name, n in lacking.items() if n)

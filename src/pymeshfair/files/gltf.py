@@ -23,7 +23,7 @@ from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
 from .polygons import edges_of, numbered, triangles_of
-from .scenes import Assembly, affine_matrix, levels
+from .scenes import NO_TEXTURE, Assembly, affine_matrix, levels
 
 _PARTS = 1_000_000  # the largest number of JSON values in a document; reading a million takes a second
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
@@ -215,6 +215,7 @@ class _Reader:
         surface = material.get("pbrMetallicRoughness", {})
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
         if (texture_use := surface.get("baseColorTexture")) is None:
+            self.assembly.lost |= {NO_TEXTURE: None} if "TEXCOORD_0" in attributes else {}
             return -1, None, colour
         texture = self._at("textures", texture_use["index"])
         if "source" not in texture:

@@ -460,7 +460,7 @@ def _normals_to_write(mesh: MeshData, document: ObjDocument | None) -> tuple[Flo
         return vertex_normals, mesh.faces.astype(np.int64)
     ids = source_ids(mesh.face_ids, len(mesh.faces))
     normal_indices = np.where(ids[:, None] < 0, -1, document.corner_normals[ids])
-    if unmoved and (normal_indices >= 0).all():
+    if unmoved and (ids >= 0).all():
         return document.normals, normal_indices
     firsts, groups = numbered(np.stack([mesh.faces.ravel(), normal_indices.ravel()], axis=1))
     groups = groups.reshape(-1, 3)
@@ -616,6 +616,9 @@ def _face_lines(
     if of_wedges is not None and (of_wedges < 0).any():
         for k in np.flatnonzero(corners[1] == 0).tolist():
             corner_words[k] = corner_words[k].replace("/0", "/" if of_normals is not None else "", 1)
+    if of_normals is not None and (of_normals < 0).any():
+        for k in np.flatnonzero(corners[-1] == 0).tolist():
+            corner_words[k] = corner_words[k].rpartition("/")[0].rstrip("/")
     lines = [f"f {' '.join(run)}\n" for run in runs(corner_words, shape.lengths)]
     states = states[shape.triangles]
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))

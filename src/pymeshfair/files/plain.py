@@ -325,7 +325,8 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     sizes = np.ptp(curve_vertices, axis=0)
     axis = int(sizes.argmin())
     flat = np.delete(mesh.vertices, axis, axis=1) * [1.0, -1.0]
-    low, size = np.delete(curve_vertices, axis, axis=1), np.delete(sizes, axis)
+    low = np.delete(curve_vertices, axis, axis=1)
+    size = np.maximum(np.delete(sizes, axis), 1e-3 * sizes.max())  # a view without height or width shows nothing
     left, top = low[:, 0].min(), -low[:, 1].max()
     unit = mesh.unit if mesh.unit in WRITABLE["svg"].units else ""
     places = [("L".join(f"{x!r},{y!r}" for x, y in flat[c].tolist()), "Z" if c[0] == c[-1] else "") for c in curves]

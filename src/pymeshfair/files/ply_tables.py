@@ -176,9 +176,8 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Se
             case [keyword, word, _, *_] if keyword in ("comment", "obj_info") and word.lower() == "texturefile":
                 if not names:
                     continue
-                same = new.split(maxsplit=2)[2].strip() == names[0]
-                new = new if same else f"{keyword} {word} {names[0]}"
-                del names[0]
+                if new.split(maxsplit=2)[2].strip() != (name := names.pop(0)):
+                    new = f"{keyword} {word} {name}"
         lines.append(new + end)
     for element in missing.values():
         lines += [f"element {element.name} {element.count}{end}", *(_declaration(p) + end for p in element.properties)]

@@ -26,6 +26,7 @@ DEEPEST = 200
 _MOST_ELEMENTS = 500_000
 #: the largest number of parts that a scene places, groups included, and of vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
+NO_TEXTURE = "texture coordinates without a texture"
 #: values of an attribute in parts that lack it
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 
@@ -177,7 +178,10 @@ class Assembly:
         face |= {name: v[of_face] for name, v in of_polygons.items() if v is not None and name not in left_out}
         vertex: dict[str, Array] = {}
         for name, values in of_corners.items():
-            if name in left_out or np.isnan(values).all():
+            if np.isnan(values).all():
+                continue
+            if name in left_out:
+                self.lost[NO_TEXTURE] = None
                 continue
             if name == "wedge_texture_coordinates":
                 face[name] = np.nan_to_num(values[places])

@@ -257,6 +257,7 @@ class _Reader:
         if "wedge_texture_coordinates" in part.face_attributes:
             texture_ids = np.full(len(part.faces), texture, np.int32)
             part = part.with_attributes(face={"texture": texture_ids} if texture >= 0 else {"wedge_texture_coordinates": None})
+            self.assembly.lost |= {scenes.NO_TEXTURE: None} if texture < 0 else {}
         material = None if look is None else look.part("Material")
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
         if material is not None and "diffuseColor" in material.fields and not coloured:

@@ -94,18 +94,16 @@ def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:
 def _scalar(mesh: MeshData, reference: MeshData) -> Numbers | None:
     if mesh.has_vertex_scalars:
         return Numbers(mesh.vertex_scalars)
-    return Numbers(mesh.face_scalars, by_face=True) if mesh.has_face_scalars else None
+    return Numbers(mesh.face_scalars, by_face=True) if mesh.has_face_scalars and len(mesh.faces) else None
+
+
+def _of_surface(measure: Callable[[Floats, Ints], Floats], *, by_face: bool = False) -> Callable[..., Numbers | None]:
+    return lambda mesh, _: Numbers(measure(mesh.vertices, mesh.faces), by_face) if len(mesh.faces) else None
 
 
 COLORINGS: Mapping[str, Coloring] = {
-    "curvature": Coloring(
-        "mean curvature (1 / mesh unit)", lambda mesh, _: Numbers(mean_curvature(mesh.vertices, mesh.faces)), diverging=True
-    ),
-    "gaussian": Coloring(
-        "Gaussian curvature (1 / squared mesh unit)",
-        lambda mesh, _: Numbers(gaussian_curvature(mesh.vertices, mesh.faces)),
-        diverging=True,
-    ),
+    "curvature": Coloring("mean curvature (1 / mesh unit)", _of_surface(mean_curvature), diverging=True),
+    "gaussian": Coloring("Gaussian curvature (1 / squared mesh unit)", _of_surface(gaussian_curvature), diverging=True),
     "distance": Coloring(
         "distance from the first surface (mesh units, outwards above 0)",
         _distance,
@@ -120,7 +118,7 @@ COLORINGS: Mapping[str, Coloring] = {
     ),
     "shape": Coloring(
         "triangle shape (1: equilateral)",
-        lambda mesh, _: Numbers(triangle_shapes(mesh.vertices, mesh.faces), by_face=True),
+        _of_surface(triangle_shapes, by_face=True),
         diverging=False,
         limits=Limits(0.0, 1.0),
     ),
@@ -298,7 +296,7 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
             return replace(scene, texture=texture)
         if mesh.has_vertex_colors:
             return replace(scene, colors=mesh.vertex_colors[:, :3])
-        if mesh.has_face_colors:
+        if mesh.has_face_colors and len(mesh.faces):
             return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
         raise MeshError(f"{mesh.label} has no colours of its own")
     return scene

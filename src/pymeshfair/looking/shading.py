@@ -239,7 +239,7 @@ def texture_of(mesh: MeshData) -> Sampler | None:
     corners = mesh.face_attributes.get("wedge_texture_coordinates")
     if corners is None and "texture_coordinates" in mesh.vertex_attributes:
         corners = mesh.vertex_attributes["texture_coordinates"][mesh.faces]
-    if corners is None or not mesh.textures:
+    if corners is None or not mesh.textures or not len(mesh.faces):
         return None
     of_faces = mesh.face_attributes.get("texture", np.zeros(len(mesh.faces), dtype=np.int32))
     images = []

@@ -133,11 +133,15 @@ class MeshData:
 
     def without_matrix(self) -> MeshData:
         """Applies the matrix, if any, to coordinates and vertex normals, and removes stored face normals."""
+        from ..filters.geometry import unit_vectors
+
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
         inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # or the adjugate, if singular
-        turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
+        turned = self.with_attributes(
+            {"normals": None if normals is None else unit_vectors(normals @ inverse)}, {"normals": None}
+        )
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     @property

@@ -138,7 +138,7 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            mirrors = len(result.faces) and np.linalg.det(result.matrix) < 0.0
+            mirrors = len(result.faces) and np.linalg.det(result.matrix[:3, :3]) < 0.0
             turned = ", and turns the faces to the other side: Invert Faces Orientation turns them back" if mirrors else ""
             self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{turned}")
         if not len(result.vertices):
