@@ -157,6 +157,7 @@ function ask(patience) {
   stale(true);
   remember();
   state.pending = setTimeout(() => {
+    state.pending = 0;
     complain("");
     state.sent = { recipe: state.recipe, steps: settings(), changed: changes() };
     send("run", { asked: ++state.asked });
@@ -217,7 +218,7 @@ async function receive(told, scene) {
   } else if (told.asked === state.asked) {
     state.result = scene;
     showScene();
-    stale(false);
+    stale(state.pending !== 0);
     by("keep").disabled = false;
     if (told.is === "result") {
       Object.assign(state, { seconds: told.seconds, warnings: told.warnings, made: state.sent, told: null });
