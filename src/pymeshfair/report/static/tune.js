@@ -21,8 +21,6 @@ function element(name, attributes = {}, ...children) {
   return made;
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- controls */
-
 function field(step, number, parameter) {
   const id = `step-${number}-${parameter.name}`, title = `${parameter.help} It takes ${parameter.allowed}.`.trim();
   const row = element("div", { class: "control", "data-parameter": parameter.name, title });
@@ -164,8 +162,6 @@ function ask(patience) {
   }, patience);
 }
 
-/* ------------------------------------------------------------------------------------------------------------------ results */
-
 function complain(text) { by("problem").textContent = text; by("problem").hidden = !text; }
 
 /* whether the shown result has other settings than the controls */
@@ -236,8 +232,6 @@ async function receive(told, scene) {
     }
   }
 }
-
-/* --------------------------------------------------------------------------------------------------------------------- kept */
 
 function showLeft(views) {
   const choice = document.querySelector(`input[value='${views}']`);
