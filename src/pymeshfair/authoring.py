@@ -175,6 +175,5 @@ def run(
     chosen = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe.load(recipe)
     chosen.set(*([set] if isinstance(set, str) else set), **(settings or {}))
     further = tuple(map(Path, [others] if isinstance(others, str | os.PathLike) else others))
-    fields: dict[str, Any] = {"overrides": chosen.overrides, "measures": measures, "unit": unit}
     given = named.Recipe(chosen.name, chosen.script, chosen.changes), Path(input), Path(output), further, overwrite, timeout
-    return supervise.run_job(job.Job(*given, **fields), on_event)
+    return supervise.run_job(job.Job(*given, overrides=chosen.overrides, measures=measures, unit=unit), on_event)

@@ -77,12 +77,10 @@ class Recipe:
 
     @property
     def digest(self) -> str:
-        """The SHA-256 digest of `text`."""
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def info(self) -> RecipeInfo:
-        """The parsed head comment."""
         return head_info(self.script.comment)
 
     @property

@@ -364,6 +364,14 @@ def test_what_cannot_be_saved_leaves_a_run_alone(tuning: Any) -> None:
     assert tuning.locator("#stop").is_enabled()
 
 
+def test_a_result_that_comes_after_a_change_is_grey(tuning: Any) -> None:
+    """The change may still wait to be sent; then the result has other settings than the controls."""
+    told = "{ is: 'result', asked: state.asked, seconds: 1, warnings: [], tried: [] }"
+    for change, grey in (("", False), ("ask(1e6);", True)):
+        tuning.evaluate(f"() => {{ {change} return receive({told}, state.result); }}")
+        assert tuning.evaluate("() => document.querySelector('.result').classList.contains('stale')") == grey
+
+
 def test_settings_of_other_steps_are_not_set(tuning: Any) -> None:
     """A recipe that got another number of steps since the page was loaded comes with its own values."""
     tuning.evaluate("() => sessionStorage.setItem(location.pathname, JSON.stringify({ recipe: state.recipe, steps: [] }))")

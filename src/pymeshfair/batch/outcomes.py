@@ -278,7 +278,6 @@ class Summary:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Returns the numbers of scans: planned, by status, resumed, and left to do."""
         by_status = Counter(outcome.status for outcome in self.outcomes)
         return {
             "scans": self.planned,

@@ -44,7 +44,6 @@ class Shown:
 
     @property
     def decimated(self) -> bool:
-        """Whether the whole mesh has more vertices."""
         return len(self.vertices) < self.of_vertices
 
 

@@ -175,7 +175,6 @@ class Script:
         return replace(self, steps=chosen, settings=tuple(s for s in self.settings if s.name in used))
 
     def with_defaults(self, *, lengths: bool = True) -> Script:
-        """See `Step.with_defaults`."""
         return replace(self, steps=tuple(step.with_defaults(lengths=lengths) for step in self.steps))
 
 

@@ -21,8 +21,6 @@ function element(name, attributes = {}, ...children) {
   return made;
 }
 
-/* ----------------------------------------------------------------------------------------------------------------- controls */
-
 function field(step, number, parameter) {
   const id = `step-${number}-${parameter.name}`, title = `${parameter.help} It takes ${parameter.allowed}.`.trim();
   const row = element("div", { class: "control", "data-parameter": parameter.name, title });
@@ -157,13 +155,12 @@ function ask(patience) {
   stale(true);
   remember();
   state.pending = setTimeout(() => {
+    state.pending = 0;
     complain("");
     state.sent = { recipe: state.recipe, steps: settings(), changed: changes() };
     send("run", { asked: ++state.asked });
   }, patience);
 }
-
-/* ------------------------------------------------------------------------------------------------------------------ results */
 
 function complain(text) { by("problem").textContent = text; by("problem").hidden = !text; }
 
@@ -217,7 +214,7 @@ async function receive(told, scene) {
   } else if (told.asked === state.asked) {
     state.result = scene;
     showScene();
-    stale(false);
+    stale(state.pending !== 0);
     by("keep").disabled = false;
     if (told.is === "result") {
       Object.assign(state, { seconds: told.seconds, warnings: told.warnings, made: state.sent, told: null });
@@ -235,8 +232,6 @@ async function receive(told, scene) {
     }
   }
 }
-
-/* --------------------------------------------------------------------------------------------------------------------- kept */
 
 function showLeft(views) {
   const choice = document.querySelector(`input[value='${views}']`);

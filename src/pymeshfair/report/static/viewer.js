@@ -48,8 +48,6 @@ void main() {
   color = vec4((light.x + light.y * max(dot(n, LIGHT), 0.0)) * base + light.z * shine * (1.0 - 0.5 * base), 1.0);
 }`;
 
-/* ------------------------------------------------------------------------------------------------------------------ reading */
-
 async function inflate(bytes) {
   if (typeof DecompressionStream === "undefined") throw new Error("this browser is too old: it cannot unpack the meshes");
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -95,8 +93,6 @@ async function readMessage(buffer) {
   return readScene(header, new Uint8Array(buffer, 4 + length));
 }
 
-/* ------------------------------------------------------------------------------------------------------------------- camera */
-
 /* A parallel projection: azimuth and elevation in degrees, the point in the middle, and the zoom. */
 class Camera {
   constructor(up) { this.up = up; this.reset(); }
@@ -121,8 +117,6 @@ class Camera {
     this.focus = this.focus.map((x, k) => x - across * right[k] - upwards * up[k]);
   }
 }
-
-/* ------------------------------------------------------------------------------------------------------------------- viewer */
 
 class Viewer {
   /* `root` holds a canvas, and elements with the attributes data-scale-bar, data-color-bar and data-status, each of which may be missing. */
@@ -294,8 +288,6 @@ class Viewer {
     gl.bindVertexArray(null);
   }
 
-  /* ------------------------------------------------------------------------------------------------------- words over it */
-
   _annotate() {
     const bar = this.root.querySelector("[data-scale-bar]");
     if (bar) {
@@ -354,8 +346,6 @@ class Viewer {
     });
   }
 
-  /* ------------------------------------------------------------------------------------------------------------- gestures */
-
   _listen() {
     const canvas = this.canvas, fingers = new Map();
     const about = (event, factor) => {
@@ -411,8 +401,6 @@ function shortNumber(x) {
   const size = Math.abs(x);
   return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(3)));
 }
-
-/* ------------------------------------------------------------------------------------------------------------- the switches */
 
 /* Radio buttons named "views" (numbers of meshes such as "0 1") and "style" control what a viewer shows. */
 function connect(viewer, form) {
