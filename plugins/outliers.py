@@ -55,10 +55,9 @@ def compute_selection_by_outlier_probability_per_vertex(
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
-    selected = probabilities > threshold
     kind = f"outliers with a probability above {threshold:g}"
     largest, mean = float(probabilities.max()), float(probabilities.mean())
-    edit = _selection(selected, kind, probabilities, largest_probability=largest, mean_probability=mean)
+    edit = _selection(probabilities > threshold, kind, probabilities, largest_probability=largest, mean_probability=mean)
     has_scalars = layer.has_vertex_scalars and layer.vertex_scalars.any()
     return replace(edit, notes=(*edit.notes, outliers.REPLACED_SCALARS)) if has_scalars else edit
 
