@@ -214,7 +214,6 @@ def _staying(chosen: Bools, moved: int, reason: str) -> str:
 def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, progress: Progress) -> Edit:
     """Replaces the chosen vertices and their triangles by a filling."""
     region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
-    new_vertices, new_faces = len(filling.new_vertices), len(filling.new_faces)
     lower = sum(used != energy for used in filling.energies)
     notes = []
     if (chosen & ~region).any():
@@ -224,12 +223,12 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
         notes.append(f"{lower} of {len(filling.closed)} parts of the region needed a simpler energy than {energy!r}.")
     return Edit(
         **additions(layer, filling.new_vertices, filling.new_faces),
-        delete_vertices=np.concatenate([region, np.zeros(new_vertices, dtype=np.bool_)]),
+        delete_vertices=np.concatenate([region, np.zeros(len(filling.new_vertices), dtype=np.bool_)]),
         values={
             "deleted_vertices": int(region.sum()),
             "deleted_faces": int(region[layer.faces].any(axis=1).sum()),
-            "new_vertices": new_vertices,
-            "new_faces": new_faces,
+            "new_vertices": len(filling.new_vertices),
+            "new_faces": len(filling.new_faces),
             "parts": len(filling.closed),
         },
         notes=tuple(notes),

@@ -115,9 +115,8 @@ def squared_mean_edge(layer: Layer) -> float:
     if layer.mean_edge == 0.0:
         raise no_amount(layer, "", "its mean edge")
     if not np.finfo(float).tiny <= squared < np.inf:
-        raise FilterInputError(
-            f"mean edge {layer.mean_edge:.3g} is too {'short' if squared < 1.0 else 'long'} to be squared: scale the mesh"
-        )
+        size = "short" if squared < 1.0 else "long"
+        raise FilterInputError(f"mean edge {layer.mean_edge:.3g} is too {size} to be squared: scale the mesh")
     return squared
 
 

@@ -124,11 +124,10 @@ def apply_coord_explicit_smoothing(
     try:
         return Edit(vertices=diffusion.explicit_smoothing(layer.vertices, layer.faces, step=step * unit, **options))
     except UnstableStepError as error:
-        largest = error.largest_stable / unit
         raise UnstableStepError(
             f"step={step} is unstable with operator {operator!r} on this mesh: take at most {{}} "
             "(squared mean edges), or use Implicit Fairing, which has no limit",
-            largest_stable=largest,
+            largest_stable=error.largest_stable / unit,
         ) from error
 
 

@@ -192,6 +192,5 @@ def get_surface_spectrum(
     """
     energies = spectral.spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run reports lists in full.
-    report = {f.name: getattr(energies, f.name) for f in fields(energies)}
-    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
+    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(energies).items()}
     return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})

@@ -78,13 +78,12 @@ def explicit_smoothing(
     def euler(done: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
         bound = surface.advance(now, free, scaled)
         if not normalised and scaled * bound > 2.0:
-            largest = 2.0 / bound / scale / scale
             when = "" if done == 0 else f" after {done} iterations, which have shrunk the surface"
             raise UnstableStepError(
                 f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {{}} squared "
                 f"mesh units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them "
                 "helps), or implicit fairing, which is stable for any step",
-                largest_stable=largest,
+                largest_stable=2.0 / bound / scale / scale,
             )
         return free, now
 
@@ -334,6 +333,5 @@ def remove_spikes(
             break
         points[tips] = means[tips]
         spikes |= tips
-    result = mesh.restored(points)
     progress(1.0)
-    return result, mask_of(mesh.used[spikes], len(mesh.vertices))
+    return mesh.restored(points), mask_of(mesh.used[spikes], len(mesh.vertices))

@@ -65,8 +65,7 @@ def blend_parts(
         return band
     joined = np.concatenate([points, band.vertices])
     free = np.arange(len(joined)) >= len(points)
-    all_faces = np.concatenate([triangles, band.faces])
-    fair = fair_region(joined, all_faces, free, energy=energy, progress=part_of(progress, 0.5, 1.0))
+    fair = fair_region(joined, np.concatenate([triangles, band.faces]), free, energy=energy, progress=part_of(progress, 0.5, 1.0))
     return replace(band, vertices=fair.vertices[len(points) :])
 
 
@@ -226,8 +225,7 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     along_low = np.roll(i, -1) != i
     lows, highs = low[i], high[j]
     first = np.where(along_low, np.roll(lows, -1), lows)
-    faces: Ints = np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))])
-    return faces
+    return np.asarray(np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))]))
 
 
 def _resampled(loop: Floats, count: int, shift: float) -> Floats:

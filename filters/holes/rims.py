@@ -147,12 +147,12 @@ def sorted_rims(
     closed = []
     for hole, inside in groups:
         edges = len(hole.vertices)
-        if edges > max_edges:
+        if selected is not None and not selected[hole.vertices].any():
+            others.append(left_open_as(hole, "selection"))
+        elif edges > max_edges:
             others.append(left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {edges}"))
         elif is_seam(hole, points):
             others.append(left_open_as(hole, "seam"))
-        elif selected is not None and not selected[hole.vertices].any():
-            others.append(left_open_as(hole, "selection"))
         elif any(is_seam(rim, points) for rim in inside):
             others.append(left_open_as(hole, "island", ISLAND_IN_IT))
         else:

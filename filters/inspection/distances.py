@@ -11,7 +11,7 @@ from ..checks import FilterInputError, check_choice
 from ..execution import blocks
 from ..geometry import face_areas, face_normals, vector_lengths
 from ..libraries import spatial
-from ..mesh import Floats, Ints, Longs, check_mesh, normalised_mesh
+from ..mesh import Floats, Ints, Longs, check_mesh, mask_of, normalised_mesh
 from .surface import NearestPlaces, Surface
 
 #: "vertex": vertex i corresponds to vertex i. "surface": each vertex corresponds to the nearest place on the reference. "auto":
@@ -207,8 +207,7 @@ def _largest(
     points: Floats, faces: Ints, at_vertices: Floats, samples: Ints, sampled: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, int, float]:
     """Finds the largest distance, its place and face, and an upper bound, see `_PROVEN`; splits faces that may be farther."""
-    used = np.zeros(len(points), np.bool_)
-    used[faces if len(faces) else slice(None)] = True  # unused vertices do not lie on the surface
+    used = mask_of(faces, len(points)) | (len(faces) == 0)  # unused vertices do not lie on the surface
     at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), sampled.distances
     vertex, sample = int(at_points.argmax()), int(at_samples.argmax())
     if not len(faces):

@@ -13,7 +13,6 @@ from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 
-#: The note on a cloud whose scalars become probabilities.
 REPLACED_SCALARS = "the outlier probabilities replace the vertex scalars of the mesh"
 #: Number of factors in one block of the sum of squares.
 SPREAD_BLOCK = 1 << 16

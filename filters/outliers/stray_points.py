@@ -101,10 +101,9 @@ def stray_points(
     numbers = index.astype(np.int64)
     thickness = thicknesses(places, numbers, links)
     cut_links(places, numbers, links, reaches, numbers[links[:, -1]])
-    all_points = np.ones(n, np.bool_)
     apart = spacing[spacing > 0.0]
     median = float(np.quantile(apart, 0.5, method="lower")) if len(apart) else 0.0
-    chosen = rule.on_surface(spacing, median, thickness, linked_to(links, all_points))
+    chosen = rule.on_surface(spacing, median, thickness, linked_to(links, np.ones(n, np.bool_)))
     for _ in range(JOINED):
         chosen |= rule.is_joined(linked_to(links, chosen))
     parts = linked_parts(links, chosen)

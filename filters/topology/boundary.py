@@ -60,8 +60,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     non_manifold = mask_of(listed_edges(*by_edge, 3)[0], len(vertices))
     following, breaks = _successors(starts, ends, faces, vertices, non_manifold)
     cycles, rest = _cycles(following)
-    loops = [BoundaryLoop(starts[cycle], opposite[cycle]) for cycle in cycles]
-    return Boundary(loops, _broken(starts[rest], ends[rest], breaks))
+    return Boundary([BoundaryLoop(starts[cycle], opposite[cycle]) for cycle in cycles], _broken(starts[rest], ends[rest], breaks))
 
 
 def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:

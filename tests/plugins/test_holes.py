@@ -117,6 +117,16 @@ def test_nothing_selected_is_said() -> None:
         meshes.meshing_close_holes_by_fairing(selected=True)
 
 
+def test_holes_away_from_the_selection_get_no_advice() -> None:
+    """A hole that is too large and not selected is among the unselected: a larger number of edges would not close it."""
+    meshes, notes = mesh_set(cut_ball())
+    meshes.compute_selection_by_condition_per_vertex(condselect="z > 0.8")
+    values = meshes.meshing_close_holes_by_fairing(selected=True, max_edges=3)
+    assert values is not None
+    assert values["left_open"] == {"selection": 1, "size": 1}
+    assert len(notes) == 1
+
+
 def test_a_selection_away_from_all_holes_is_said() -> None:
     """Where no hole has a selected vertex nothing is closed, and a note tells how many stay open."""
     meshes, notes = mesh_set(cut_ball())
