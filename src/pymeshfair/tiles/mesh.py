@@ -33,6 +33,8 @@ from .workers import Tasks
 _NO_FACES = np.empty((0, 3), np.int32)
 #: vertices in the sample on which settings are chosen, and cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
+#: vertices in a bucket if a step chooses its settings, so that the patches are the same with all sizes of tiles
+_BUCKET = 1 << 16
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 
@@ -341,7 +343,8 @@ def cut(
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
     each, rings = map(max, zip(*map(cost_of, steps), strict=True))
     vertices = surface_vertices(tile, each, rings) if most is None else most
-    buckets = tasks.run(cloud.divide, count, folder, vertices, size)
+    chooses = any(step.filter == NORMALS and filtering_of(step.values) is None for step in steps)
+    buckets = tasks.run(cloud.divide, count, folder, _BUCKET if chooses else vertices, size)
     progress(0.2)
     cells = Cells.of(buckets, folder, 1.0, tasks, part_of(progress, 0.2, 0.4))
     surface = Surface(cells, tuple(accumulate((bucket.count for bucket in buckets), initial=0)))
