@@ -89,6 +89,9 @@ class Cloud:
         """Returns the mask of the remaining points from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
+    def has_scalars(self) -> bool:
+        return self.scalars.path.exists() or self.source.has("scalars")
+
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
         """Yields (m, 3) coordinates and (m,) numbers of the remaining points; the numbers do not count deleted points."""
         first = read = 0
@@ -192,7 +195,7 @@ def do_step(
         work = kinds[step.filter](cells, step.values, step.neighbors, points)
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
-    replaces = step.filter == LOOP and (cloud.scalars.path.exists() or cloud.source.has("scalars"))
+    replaces = step.filter == LOOP and tasks.run(cloud.has_scalars)
     values = tasks.run(cloud.take, step, results, tiles, size, target)
     if replaces:
         values["notes"] = ("the outlier probabilities replace the vertex scalars of the mesh",)
