@@ -25,8 +25,7 @@ from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..processes.worker import is_lack_of_memory
 from ..recipe import RecipeInfo
-from ..scripts.script import Script, Step
-from ..scripts.warnings import lengths_out_of_proportion
+from ..scripts.script import Step
 from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, Report, StepFinished, StepProgress, StepReport, StepStarted, plain
@@ -124,9 +123,7 @@ class Session:
         self._document.current_id = input_id
         earlier = earlier or RunCache(states=0)
         before, traits, unsuited = earlier.measured(self._job.recipe.info, lambda: self._measured(read))
-        self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
-        if advice := self._job.recipe.info.superseded:
-            self._warn(f"{self._job.recipe.name} is superseded: {advice}")
+        self._warn(*self._job.doubts_of_recipe(before.diagonal))
         if unsuited:
             self._warn(unsuited)
         steps = self._run_steps(earlier)

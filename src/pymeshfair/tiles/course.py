@@ -166,17 +166,18 @@ class _TiledRun:
 
     def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: Sequence[str] = ()) -> Report:
         """Returns the report; `stages` has the sizes before each step, `after` those of the result."""
+        measures_before, measures_after = _measures(stages[0]), _measures(after)
+        doubts = self.job.doubts_of_recipe(measures_before["diagonal"])
         report = Report(
             input={},
             output=described_file(self.staged, named=self.job.output) | {"side_files": []},
             steps=tuple(self.steps),
             staged=(StagedFile(self.staged, self.job.output),),
-            warnings=("done by tiles, so that only the numbers of elements and the box were measured", *notes),
+            warnings=(*doubts, "done by tiles, so that only the numbers of elements and the box were measured", *notes),
             tiles={"stages": [{name: stage[name] for name in ("tiles", "points_per_tile")} for stage in stages]},
         )
         if not self.job.measures:
             return report
-        measures_before, measures_after = _measures(stages[0]), _measures(after)
         sides = [a / b - 1.0 if b else None for b, a in zip(measures_before["sides"], measures_after["sides"], strict=True)]
         unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)
