@@ -197,7 +197,6 @@ class RunResult:
 
     @classmethod
     def of(cls, job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
-        """The result of a job, from its provenance document."""
         measures, run = record["measures"], record["run"]
         return cls(
             output=job.output,
@@ -246,7 +245,6 @@ class Report:
     peak_memory: int | None = None  # as in `RunResult`
 
     def record(self, job: Job, *, started: datetime, seconds: float) -> dict[str, Any]:
-        """The provenance document."""
         script, unit = job.recipe.script, job.unit_of(self.input.get("unit"))
         assert self.output is not None
         options = job.options | ({"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {})

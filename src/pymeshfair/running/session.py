@@ -99,7 +99,6 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        """Carry out the job."""
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)

@@ -70,12 +70,10 @@ class Suitability:
 
     @property
     def made_for(self) -> int:
-        """The number of met conditions that do not begin with "no"."""
         return sum(not text.startswith("no ") for text, _ in self.met)
 
     @property
     def fits(self) -> bool:
-        """Whether the recipe has conditions and the scan meets all of them."""
         return bool(self.met) and not self.unmet
 
 

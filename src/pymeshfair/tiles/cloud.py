@@ -86,7 +86,6 @@ class Cloud:
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
 
     def mask(self, first: int, last: int) -> Bools:
-        """Returns the mask of the remaining points from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
 
     def has_scalars(self) -> bool:

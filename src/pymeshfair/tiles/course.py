@@ -125,7 +125,6 @@ class _TiledRun:
     steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
-        """Does the steps on a cloud and writes the result."""
         source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
             is_ply = extension(self.job.output) == "ply"
@@ -147,7 +146,6 @@ class _TiledRun:
         return self._report(stages, {"points": count, "low": low, "high": high}, notes)
 
     def move(self, plan: Sequence[PlannedStep]) -> Report:
-        """Moves the vertices of a mesh and writes the result."""
         mesh, tile, most = MeshFile(self.job.input), self.share.tile, self.most
         for step in plan:
             with self._step(step.step) as (values, progress):

@@ -109,7 +109,6 @@ class Surface:
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
-        """Removes the files that `order_faces` reads."""
         for bucket in range(len(self.buckets) - 1):
             self._raw(bucket).unlink(missing_ok=True)
 
@@ -289,7 +288,6 @@ class FilteringTiles:
         return denoising.distances_of_part(tile.vertices, tile.faces, tile.inside_faces)
 
     def round(self, distance: float, first: int, last: int) -> None:
-        """Does one round on the state."""
         filtering = self.filtering
         rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
         tile = tile_with_rings(self.surface, first, last, rings, points=self.surface.state)
