@@ -36,7 +36,6 @@ class Compiler:
     """The compiler process, which one thread at a time uses."""
 
     def __init__(self) -> None:
-        """See the class."""
         self._lock = threading.Lock()
 
     @cached_property

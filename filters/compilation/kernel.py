@@ -115,8 +115,8 @@ def _of_code(code: CodeType, function: FunctionType) -> Iterator[str]:
 
 
 def _of_value(value: Any, function: FunctionType) -> str:
-    if hasattr(value, "fingerprint") and hasattr(value, "py_func"):
-        return "itself" if value.py_func is function else str(value.fingerprint)
+    if isinstance(value, Kernel):
+        return "itself" if value.py_func is function else value.fingerprint
     if isinstance(value, ModuleType):
         return value.__name__
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic | np.dtype):
@@ -183,7 +183,7 @@ class Kernel:
     def _is_parallel(self) -> bool:
         """Whether this kernel, or a kernel that it calls, has parallel loops."""
         names = self.py_func.__globals__
-        called = (names.get(name) for name in self.py_func.__code__.co_names)
+        called = (names.get(name) for name in self.py_func.__code__.co_names if names.get(name) is not self)
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
 
     def stored_name(self, signature: Signature) -> str:

@@ -49,7 +49,6 @@ class SpectralProblem:
 
     @property
     def n_components(self) -> int:
-        """The number of components."""
         return int(self.components.max(initial=-1)) + 1
 
     @property

@@ -58,6 +58,17 @@ def outer(x: float) -> float:
     return inner(x) + 1.0
 
 
+@compiled
+def factorial(number: int) -> int:
+    """Calls itself."""
+    return number * factorial(number - 1) if number > 1 else 1
+
+
+def test_a_kernel_may_call_itself() -> None:
+    """Its search for parallel loops in the kernels that it calls ends."""
+    assert factorial(5) == 120
+
+
 def run(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
     """A fresh process."""
     return subprocess.run(

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +18,7 @@ import pytest
 from pymeshfair.errors import ParameterError, RunError, RunTimeout, StepFailedError, WorkerDied
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.processes.process import LostProcessError, Pool, Process
-from pymeshfair.processes.worker import DefectError, answer, is_lack_of_memory, use_up
+from pymeshfair.processes.worker import DefectError, Order, answer, is_lack_of_memory, use_up
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
@@ -128,6 +129,18 @@ def test_a_lost_process_costs_a_retry() -> None:
         assert pool.submit(number_of_this).result().result != number
         with pytest.raises(LostProcessError, match="ended with status -9"):
             pool.submit(die).result()
+
+
+def test_a_process_that_was_killed_while_it_was_idle_is_not_lent() -> None:
+    """The next run of a pool whose waiting process was killed, as for lack of memory, gets another one."""
+    with Pool() as pool:
+        with pool.lend() as process:
+            number = process.do(Order.of(number_of_this)).result
+        os.kill(number, signal.SIGKILL)
+        while not process.has_ended():
+            time.sleep(0.01)
+        with pool.lend() as other:
+            assert other.do(Order.of(number_of_this)).result != number
 
 
 def test_a_process_that_is_used_up_is_not_lent_again() -> None:

@@ -191,6 +191,17 @@ def test_settings_are_chosen_once_for_all_tiles(given: dict[str, Any]) -> None:
     np.testing.assert_array_equal(found, whole)
 
 
+def test_settings_are_chosen_on_the_same_patches_with_all_sizes_of_tiles(tmp_path: Path) -> None:
+    """Cells, of which the patches are made, have the same vertices with little and with much memory."""
+    step, numbers = PlannedStep(1, NORMALS, find_filter(NORMALS).defaults), []
+    mesh = MeshFile(write_mesh(tmp_path / "in.ply", *icosphere(4)))
+    for most in (300, 2000):
+        surface = cut(mesh, tmp_path, cast("Tasks", Here()), 10**6, steps=[step], most=most, progress=lambda share: None)[0]
+        assert len(surface.cells.tiles(most)) > 1
+        numbers.append(surface.cells.numbers.read(0, len(mesh)))
+    np.testing.assert_array_equal(*numbers)
+
+
 def test_a_mesh_without_noise_stays() -> None:
     """Nothing is chosen, and nothing moves."""
     vertices, faces = icosphere(4)

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.recipe import Recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.tiles.course import run_by_tiles
@@ -121,6 +123,11 @@ def test_steps_say_by_tiles_what_they_say_in_one_piece(tmp_path: Path) -> None:
         )
         assert said_by_tiles == said
         assert all(messages for messages, _ in said)
+    script = recipe_of((selections[-1][0], {"side": "1e5"})).script
+    superseded = Recipe("old", replace(script, comment="Old\n\nSuperseded: take another."))
+    warnings = [run(Job(superseded, cloud, tmp_path / "old.ply", overwrite=True)).warnings for run in (run_job, run_by_tiles)]
+    assert [text for text in warnings[1] if not text.startswith("done by tiles")] == list(warnings[0])
+    assert len(warnings[0]) == 2
     for run in (run_job, run_by_tiles):
         with pytest.raises(StepFailedError, match="side is 0: nothing to do; give the side of a cell"):
             run(Job(recipe_of((selections[-1][0], {"side": "0"})), cloud, tmp_path / "none.ply"))

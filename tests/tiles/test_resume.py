@@ -13,9 +13,12 @@ import pytest
 
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.files.writing import WORK_PREFIX
+from pymeshfair.running.job import Event, Job, StepStarted
+from pymeshfair.tiles.course import run_by_tiles
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere
+from tests.running.runs import Given, recipe_of
 from tests.tiles.test_clouds import uneven
 from tests.tiles.test_processes import LITTLE, LOOP
 from tests.tiles.tiling import children_of, write_cloud, write_mesh
@@ -121,6 +124,23 @@ def test_a_killed_run_goes_on_to_the_same_bytes(case: tuple[Path, Path], tmp_pat
     assert first["steps"] == second["steps"]
     assert first["measures"] == second["measures"]
     assert not work_folders(tmp_path)
+
+
+def test_a_resumed_run_says_what_the_whole_run_says(tmp_path: Path) -> None:
+    """Stopped after its first step and resumed, it does not take the probabilities of that step for those of the scan."""
+
+    def stop(event: Event) -> None:
+        if isinstance(event, StepStarted) and event.index == 3:
+            raise RuntimeError("stopped")
+
+    loop: Given = ("compute_selection_by_outlier_probability_per_vertex", {"neighbors": 12})
+    recipe = recipe_of(loop, ("meshing_remove_selected_vertices", {}), ("compute_normal_for_point_clouds", {}))
+    job = Job(recipe, write_cloud(tmp_path / "scan.ply", uneven(5)), tmp_path / "out.ply", overwrite=True)
+    whole = run_by_tiles(job)
+    with pytest.raises(RuntimeError, match="stopped"):
+        run_by_tiles(job, stop, resume=True)
+    resumed = run_by_tiles(job, resume=True)
+    assert [step.messages for step in resumed.steps] == [step.messages for step in whole.steps]
 
 
 @pytest.mark.parametrize("case", ["cloud"], indirect=True)

@@ -190,12 +190,9 @@ def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str |
     """The unit of the first of several files, by their names: the typed one, its own or, with warnings, that of another file."""
     from ..declaration.parameters import unit_of_scan
 
-    unit, known = unit_of_scan(typed, next(iter(units.values()))), {name: unit for name, unit in units.items() if unit}
-    if typed or not known:
-        return unit, []
-    told = f"{next(iter(known))} is in {next(iter(known.values()))}"
-    silent = [f"{told}, and the file of {name} says no unit: the same one is assumed" for name in units if name not in known]
-    return unit or next(iter(known.values())), silent
+    unit, (known, other) = unit_of_scan(typed, next(iter(units.values()))), next((u for u in units.items() if u[1]), ("", None))
+    silent = [] if typed or not other else [name for name in units if not units[name]]
+    return unit or other, [f"{known} is in {other}, and the file of {s} says no unit: the same one is assumed" for s in silent]
 
 
 def lengths_in_mesh_units(

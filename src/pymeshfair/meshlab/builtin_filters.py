@@ -22,7 +22,6 @@ class BuiltinFilters:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Applies the filter, and returns its report."""
         converted = self._for_meshlab(declared, values)
         try:
             return self.call(declared.python_name, converted)

@@ -286,6 +286,8 @@ class Pool:
         with self._free:
             with self._lock:
                 self.check_open()
+                while self._idle and self._idle[-1].has_ended():
+                    self._idle.pop().close()
                 process = self._idle.pop() if self._idle else Process(self._threads, self._modules)
                 self._lent.add(process)
             try:

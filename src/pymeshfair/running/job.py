@@ -20,6 +20,7 @@ from ..files.writing import StagedFile
 from ..processes.environment import thread_settings, versions, worker_environment
 from ..recipe import Recipe
 from ..scripts.guards import NO_GUARDS, Guards
+from ..scripts.warnings import lengths_out_of_proportion
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,12 @@ class Job:
         unit, recipe_unit = self.unit_of(file_unit), self.recipe.script.unit
         text = f"the recipe is for scans in {recipe_unit}, and this scan is in {unit}: numbers without a unit mean {unit}"
         return (*doubts_of_typed_unit(self.unit, file_unit), *([text] if recipe_unit and recipe_unit != unit else ()))
+
+    def doubts_of_recipe(self, diagonal: float) -> tuple[str, ...]:
+        """Warnings if lengths of the recipe do not suit a scan of this diagonal, and if the recipe is superseded."""
+        advice = self.recipe.info.superseded
+        superseded = [f"{self.recipe.name} is superseded: {advice}"] if advice else []
+        return (*lengths_out_of_proportion(self.recipe.script, diagonal=diagonal), *superseded)
 
     def losses_of_unit(self, file_unit: str | None, elements: int = 0) -> tuple[str, ...]:
         """A warning if the output has another format, which cannot hold the input's unit; `elements` counts faces and edges."""
@@ -190,7 +197,6 @@ class RunResult:
 
     @classmethod
     def of(cls, job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
-        """The result of a job, from its provenance document."""
         measures, run = record["measures"], record["run"]
         return cls(
             output=job.output,
@@ -239,7 +245,6 @@ class Report:
     peak_memory: int | None = None  # as in `RunResult`
 
     def record(self, job: Job, *, started: datetime, seconds: float) -> dict[str, Any]:
-        """The provenance document."""
         script, unit = job.recipe.script, job.unit_of(self.input.get("unit"))
         assert self.output is not None
         options = job.options | ({"own_texture_names": True} if job.own_texture_names and self.output["side_files"] else {})

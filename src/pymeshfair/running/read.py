@@ -42,7 +42,6 @@ class ReadMesh:
         return self.measured.described or {}
 
     def traits(self) -> dict[str, Any]:
-        """Measure the traits that recipes ask for, see `traits_of`."""
         return dict(plain(traits_of(self.measured)))
 
 

@@ -24,8 +24,7 @@ from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..processes.worker import is_lack_of_memory
-from ..scripts.script import Script, Step
-from ..scripts.warnings import lengths_out_of_proportion
+from ..scripts.script import Step
 from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, Report, StepFinished, StepProgress, StepReport, StepStarted, plain
@@ -99,7 +98,6 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        """Carry out the job."""
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
@@ -124,9 +122,7 @@ class Session:
         earlier = earlier or RunCache(states=0)
         asked = self._job.recipe.name, self._job.recipe.info, not self._job.overrides
         before, traits, unsuited = earlier.measured(asked, lambda: self._measured(read))
-        self._warn(*lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal))
-        if advice := self._job.recipe.info.superseded:
-            self._warn(f"{self._job.recipe.name} is superseded: {advice}")
+        self._warn(*self._job.doubts_of_recipe(before.diagonal))
         if unsuited:
             self._warn(unsuited)
         steps = self._run_steps(earlier)

@@ -75,7 +75,6 @@ class Suitability:
 
     @property
     def fits(self) -> bool:
-        """Whether the recipe has conditions and the scan meets all of them."""
         return bool(self.met) and not self.unmet
 
 

@@ -48,7 +48,6 @@ class Column:
 
     @property
     def row(self) -> int:
-        """The size of a row in bytes."""
         return np.dtype(self.dtype).itemsize * self.width
 
     def __len__(self) -> int:
@@ -101,7 +100,6 @@ class Part:
         return column.read(self.begin, self.end)
 
     def read_all(self, column: Column) -> NDArray[Any]:
-        """Returns the values of all points, those outside last."""
         return np.concatenate([self.read_inside(column), column.gather(self.outside)])
 
 
@@ -301,7 +299,6 @@ class Cells:
         return _read_index(self._starts, self._boxes, self.scale, self._boxes.path.stat().st_mtime_ns)
 
     def slots_of(self, first: int, last: int) -> tuple[int, int]:
-        """Returns the range of slots of the cells from `first` to before `last`."""
         starts = self.starts
         return int(starts[first]), int(starts[last])
 

@@ -86,8 +86,10 @@ class Cloud:
     normals = Stored("<f8", 3)  # normals of all points of the file, each from the last step that gave the point a normal
 
     def mask(self, first: int, last: int) -> Bools:
-        """Returns the mask of the remaining points from `first` to before `last` in the file."""
         return np.ones(last - first, np.bool_) if self.kept is None else self.kept.read(first, last) > 0
+
+    def has_scalars(self) -> bool:
+        return self.scalars.path.exists() or self.source.has("scalars")
 
     def slices(self, size: int) -> Iterator[tuple[Floats, Longs]]:
         """Yields (m, 3) coordinates and (m,) numbers of the remaining points; the numbers do not count deleted points."""
@@ -192,7 +194,7 @@ def do_step(
         work = kinds[step.filter](cells, step.values, step.neighbors, points)
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
-    replaces = step.filter == LOOP and (cloud.scalars.path.exists() or cloud.source.has("scalars"))
+    replaces = step.filter == LOOP and tasks.run(cloud.has_scalars)
     values = tasks.run(cloud.take, step, results, tiles, size, target)
     if replaces:
         values["notes"] = (outliers.REPLACED_SCALARS,)

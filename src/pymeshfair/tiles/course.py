@@ -125,7 +125,6 @@ class _TiledRun:
     steps: list[StepReport] = field(default_factory=list)
 
     def do_cloud(self, plan: Sequence[PlannedStep]) -> Report:
-        """Does the steps on a cloud and writes the result."""
         source, notes, tile = open_cloud(self.job.input), list[str](), self.share.tile
         if isinstance(source, E57Cloud):
             is_ply = extension(self.job.output) == "ply"
@@ -147,7 +146,6 @@ class _TiledRun:
         return self._report(stages, {"points": count, "low": low, "high": high}, notes)
 
     def move(self, plan: Sequence[PlannedStep]) -> Report:
-        """Moves the vertices of a mesh and writes the result."""
         mesh, tile, most = MeshFile(self.job.input), self.share.tile, self.most
         for step in plan:
             with self._step(step.step) as (values, progress):
@@ -166,17 +164,18 @@ class _TiledRun:
 
     def _report(self, stages: Sequence[dict[str, Any]], after: dict[str, Any], notes: Sequence[str] = ()) -> Report:
         """Returns the report; `stages` has the sizes before each step, `after` those of the result."""
+        measures_before, measures_after = _measures(stages[0]), _measures(after)
+        doubts = self.job.doubts_of_recipe(measures_before["diagonal"])
         report = Report(
             input={},
             output=described_file(self.staged, named=self.job.output) | {"side_files": []},
             steps=tuple(self.steps),
             staged=(StagedFile(self.staged, self.job.output),),
-            warnings=("done by tiles, so that only the numbers of elements and the box were measured", *notes),
+            warnings=(*doubts, "done by tiles, so that only the numbers of elements and the box were measured", *notes),
             tiles={"stages": [{name: stage[name] for name in ("tiles", "points_per_tile")} for stage in stages]},
         )
         if not self.job.measures:
             return report
-        measures_before, measures_after = _measures(stages[0]), _measures(after)
         sides = [a / b - 1.0 if b else None for b, a in zip(measures_before["sides"], measures_after["sides"], strict=True)]
         unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
         return replace(report, before=measures_before, after=measures_after, change={"sides": sides} | unknown)

@@ -33,6 +33,8 @@ from .workers import Tasks
 _NO_FACES = np.empty((0, 3), np.int32)
 #: vertices in the sample on which settings are chosen, and cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
+#: vertices in a bucket if a step chooses its settings, so that the patches are the same with all sizes of tiles
+_BUCKET = 1 << 16
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
 
@@ -107,7 +109,6 @@ class Surface:
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
-        """Removes the files that `order_faces` reads."""
         for bucket in range(len(self.buckets) - 1):
             self._raw(bucket).unlink(missing_ok=True)
 
@@ -287,7 +288,6 @@ class FilteringTiles:
         return denoising.distances_of_part(tile.vertices, tile.faces, tile.inside_faces)
 
     def round(self, distance: float, first: int, last: int) -> None:
-        """Does one round on the state."""
         filtering = self.filtering
         rings = denoising.rings_of_round(filtering.settings, filtering.vertex_iterations)
         tile = tile_with_rings(self.surface, first, last, rings, points=self.surface.state)
@@ -341,7 +341,8 @@ def cut(
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
     each, rings = map(max, zip(*map(cost_of, steps), strict=True))
     vertices = surface_vertices(tile, each, rings) if most is None else most
-    buckets = tasks.run(cloud.divide, count, folder, vertices, size)
+    chooses = any(step.filter == NORMALS and filtering_of(step.values) is None for step in steps)
+    buckets = tasks.run(cloud.divide, count, folder, _BUCKET if chooses else vertices, size)
     progress(0.2)
     cells = Cells.of(buckets, folder, 1.0, tasks, part_of(progress, 0.2, 0.4))
     surface = Surface(cells, tuple(accumulate((bucket.count for bucket in buckets), initial=0)))

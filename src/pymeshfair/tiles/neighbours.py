@@ -160,7 +160,6 @@ class PointTiles:
 
     @property
     def links(self) -> Column:
-        """Returns the column with the slots of each point's neighbours."""
         return Column(self.cells.folder / "links", "<i8", self.k)
 
     def amend(self, first: int, last: int, numbers: Longs, values: Any) -> None:
@@ -355,7 +354,6 @@ class NormalTiles(PointTiles):
         self.links.write(tile.begin, tile.by_slot(slots))
 
     def fit(self, first: int, last: int) -> None:
-        """Writes the normals of planes through the neighbours."""
         links = Links.of(self, first, last)
         self.directions(0).write(links.begin, normals_of(links.read_all(self.cells.points) / self.cells.scale, links.to))
 

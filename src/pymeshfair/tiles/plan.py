@@ -68,7 +68,6 @@ class PlannedStep:
 
     @property
     def neighbors(self) -> int:
-        """Returns how many nearest neighbours of each point the step uses."""
         return int(self.values["k"]) - 1 if self.filter == POINT_NORMALS else int(self.values.get("neighbors", 0))
 
 

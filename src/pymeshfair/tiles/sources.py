@@ -196,7 +196,6 @@ class LasCloud:
 
     @property
     def row(self) -> int:
-        """Returns the size of a point in memory, in bytes."""
         with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
@@ -211,12 +210,10 @@ class LasCloud:
             return las_unit(reader.header, reader.evlrs)
 
     def has(self, values: str) -> bool:
-        """Returns whether the points have these values, a key of `names`."""
         with opened(self.path) as reader:
             return set(self.names[values]) <= set(reader.header.point_format.dimension_names)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
-        """Yields (m, 3) coordinates, `size` points at a time."""
         with opened(self.path) as reader:
             for chunk in chunks(reader, size):
                 yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
