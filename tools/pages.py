@@ -109,7 +109,7 @@ def recipes_page() -> str:
         "`pymeshfair run NAME scan.ply -o clean.ply`; `--set SETTING=VALUE` sets what a recipe names, and "
         "`--set STEP.PARAM=VALUE` any parameter. Written by `python tools/generate.py pages` from the scripts' "
         "head comments; the pictures, before and after, by `python tools/recipe_pictures.py` from samples of pymeshlab and "
-        "generated shapes. Recipes that are superseded run as ever, and say what to take instead: "
+        "generated shapes. Superseded recipes still run, and say what to take instead: "
         + ", ".join(f"`{name}`" for name in shipped_recipes(superseded=True))
         + ".\n",
         RECIPES_COMPARED,
@@ -145,7 +145,7 @@ def documents_page() -> str:
     parts = [
         "# JSON documents\n",
         "With `--json` every command prints one document on stdout, and messages on stderr. If it fails, the document has the "
-        "key `error`. Paths are as they were typed, but absolute of `batch` and of what `run` writes; unknown numbers are null. "
+        "key `error`. Paths are as typed, but absolute in `batch` and for files that `run` writes; unknown numbers are null. "
         "The schemas are in [documents.json](../src/pymeshfair/commands/documents.json) (JSON Schema 2020-12); tests hold every "
         "document to them. Written by `python tools/generate.py pages` from there. [Exit codes](command_line.md#exit-codes).\n",
     ]
@@ -193,28 +193,28 @@ OLD_SCRIPTS = """\
 # Scripts of older MeshLab versions
 
 `pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; `pymeshfair run --upgrade` does
-so for one run. A change after which the script does not mean quite the same says how, and has to be accepted by `--accept`;
-a run lists it among the warnings of its record. Written by `python tools/generate.py pages` from the table of facts.
+so for one run. If a change alters the meaning of the script, the list says how, and the change must be accepted by `--accept`; a
+run lists it among its warnings. Written by `python tools/generate.py pages` from the table of facts.
 
 Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter (`RichPoint3f` is
-`RichPosition` or `RichDirection` today), mends the case of names, and leaves out a second document type and comments behind
-the head. The tables know every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count.
-What MeshLab never did stays undone: a value without a type is left out, as MeshLab drops it, and so is a parameter that no
-version has, which has to be accepted. Two things cannot be seen in the names:
+`RichPosition` or `RichDirection` today), corrects the case of names, and leaves out a second document type and comments after
+the head. The tables have every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count.
+A value without a type is left out, as MeshLab ignores it, and so is a parameter that no version has, which must be accepted.
+Two changes do not show in the names:
 
-* In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling left the current layer alone; today their
-  result is current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.
-* After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets `Selected=false`.
+* In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling did not change the current layer; today
+  their result is current. A Delete Current Mesh right after them deleted the input and would delete the result: it is left out.
+* After Close Holes the new faces are selected, and a step without `Selected` works only on them: it gets `Selected=false`.
 
-`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size, as measured before their
-step: the steps before it are run. Each changed length is listed.
+`--relative-to MESH` makes the lengths of a script for one mesh relative to the size of that mesh before their step (the steps
+before it are run). Each changed length is listed.
 
 Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning,
 and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs
 (`python benchmarks/old_scripts.py FOLDER`).
 
-Grades are measured in plain pymeshlab: of 120 scripts, one for each old name, 97 leave the same bits on three meshes as what the
-old name meant, none leaves others, and 23 ask for what these meshes or the machine lack, such as textures and cameras
+Whether the meaning is the same was measured in plain pymeshlab: of 120 scripts, one for each old name, 97 give the same bits on
+three meshes as the old filter, none gives others, and 23 need what these meshes or the machine lack, such as textures and cameras
 (`python benchmarks/upgraded_meaning.py`).
 
 [The other way](writing_recipes.md#export), to MeshLab's desktop and plain pymeshlab, goes `pymeshfair export`.

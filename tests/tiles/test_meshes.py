@@ -199,7 +199,7 @@ def test_settings_are_chosen_on_the_same_patches_with_all_sizes_of_tiles(tmp_pat
         surface = cut(mesh, tmp_path, cast("Tasks", Here()), 10**6, steps=[step], most=most, progress=lambda share: None)[0]
         assert len(surface.cells.tiles(most)) > 1
         numbers.append(surface.cells.numbers.read(0, len(mesh)))
-    np.testing.assert_array_equal(*numbers)
+    np.testing.assert_array_equal(numbers[0], numbers[1])
 
 
 def test_a_mesh_without_noise_stays() -> None:
