@@ -161,17 +161,21 @@ def test_a_new_layer_comes_from_no_file() -> None:
 
 
 def test_a_matrix_is_applied_to_points_and_normals() -> None:
-    """Normals turn with the inverse transpose, so that they stay at right angles to the surface."""
+    """Normals turn with the inverse transpose, so that they stay at right angles to the surface; each keeps its length."""
     rng = np.random.default_rng(0)
     matrix = np.eye(4)
     matrix[:3] = rng.normal(size=(3, 4))
     vertices, faces = icosphere(1)
-    mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": vertices}, matrix=matrix)
+    lengths = rng.random((len(vertices), 1))
+    mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": vertices * lengths}, matrix=matrix)
     after = mesh.without_matrix()
     np.testing.assert_allclose(after.vertices, vertices @ matrix[:3, :3].T + matrix[:3, 3])
     a, b = after.vertices[faces[:, 1]] - after.vertices[faces[:, 0]], vertices[faces[:, 1]] - vertices[faces[:, 0]]
-    ends = after.vertex_attributes["normals"][faces[:, 0]], vertices[faces[:, 0]]
+    normals = after.vertex_attributes["normals"]
+    size = np.linalg.norm(vertices @ np.linalg.inv(matrix[:3, :3]), axis=1, keepdims=True)
+    ends = (normals / lengths * size)[faces[:, 0]], vertices[faces[:, 0]]
     np.testing.assert_allclose((a * ends[0]).sum(axis=1), (b * ends[1]).sum(axis=1), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), lengths[:, 0], atol=1e-15)
 
 
 def test_a_mesh_knows_its_source_through_two_edits(tmp_path: object) -> None:

@@ -137,7 +137,11 @@ class MeshData:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
         inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # or the adjugate, if singular
-        turned = self.with_attributes({"normals": None if normals is None else normals @ inverse}, {"normals": None})
+        if normals is not None:
+            from ..filters.geometry import unit_vectors
+
+            normals = unit_vectors(normals @ inverse) * np.linalg.norm(normals, axis=1, keepdims=True)  # each keeps its length
+        turned = self.with_attributes({"normals": normals}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     @property
