@@ -85,9 +85,10 @@ class Door:
             self._send_custom(name)
         self._texts |= texts
         self._painted |= FilterClass.TEXTURE in step.filter.classes
+        known = step.filter.python_name
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
-        self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
-        if step.filter.python_name in table("unrepeatable")["leaves_state"]:
+        self._with_normals |= values.get("normaltransfer", "_normal_" in known and "per_face" not in known)
+        if known in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
 

@@ -129,7 +129,7 @@ def test_edges_do_not_lose_an_end() -> None:
 
 
 def test_normals_follow_the_coordinates() -> None:
-    """Normals of a mesh are dropped when a vertex moves, and found by angle as MeshLab finds them; else, and in clouds, they stay."""
+    """Normals of a mesh are dropped when a vertex moves, and found by angle as MeshLab finds them; a cloud keeps its own."""
     vertices, faces = icosphere(2)
     wrong = np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": wrong}, keeps_normals=True)
