@@ -57,7 +57,7 @@ class Door:
         self._ids: dict[int, int] = {}  # MeshLab's id by the caller's id
         self._sent = meshes
         self._names: dict[Texture, str] = {}  # the file name, in the folder, of each sent image
-        self._painted = self._with_normals = False
+        self._painted = self._with_normals = self._with_uv = False
         self._texts = set[str]()  # values of parameters, some of which name custom attributes
         for number, mesh in meshes.items():
             self._send(mesh)
@@ -88,6 +88,7 @@ class Door:
         known = step.filter.python_name
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
         self._with_normals |= values.get("normaltransfer", "_normal_" in known and "per_face" not in known)
+        self._with_uv |= known.startswith("compute_texcoord_") and known.endswith("_vertex")
         if known in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
@@ -199,7 +200,7 @@ class Door:
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)
         coordinates = before.vertex_attributes.get("texture_coordinates")
-        if mesh.has_vertex_tex_coord() and (coordinates is not None or wedges is None):
+        if mesh.has_vertex_tex_coord() and (self._with_uv or coordinates is not None or wedges is None):
             vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):

@@ -190,6 +190,18 @@ def test_normals_that_meshlab_transfers_to_a_mesh_are_kept(tmp_path: Path) -> No
     np.testing.assert_allclose(document.mesh(1).vertex_normals, tilted, atol=1e-6)
 
 
+def test_texture_coordinates_that_vertices_get_beside_those_of_corners_are_kept(tmp_path: Path) -> None:
+    """A filter that is made to set them sets them in a run, too, and a later filter does not lose them."""
+    vertices, faces = icosphere(1)
+    wedges = (vertices[:, :2].astype(np.float32) * 2.0)[faces]
+    document = Document(tmp_path)
+    document.add(MeshData(vertices=vertices, faces=faces, face_attributes={"wedge_texture_coordinates": wedges}))
+    document.apply(step("compute_texcoord_transfer_wedge_to_vertex"))
+    document.apply(step("apply_coord_taubin_fairing"))
+    document.apply(step("set_selection_all"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["texture_coordinates"][faces], wedges)
+
+
 def test_a_mesh_that_had_no_faces_gets_some(tmp_path: Path) -> None:
     """Its attributes of faces, also those of its file, are 0 at the faces that MeshLab makes, which belong to no polygon."""
     vertices, path = read_file(BONE).mesh.vertices, tmp_path / "cloud.ply"
