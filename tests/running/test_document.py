@@ -11,6 +11,7 @@ import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair import MeshSet
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import MeshError
 from pymeshfair.files.inputs import read_file
@@ -200,6 +201,21 @@ def test_texture_coordinates_that_vertices_get_beside_those_of_corners_are_kept(
     document.apply(step("apply_coord_taubin_fairing"))
     document.apply(step("set_selection_all"))
     np.testing.assert_array_equal(document.current.vertex_attributes["texture_coordinates"][faces], wedges)
+
+
+@pytest.mark.parametrize("name", ["apply_normal_robust_filtering_per_face", "apply_normal_smoothing_per_face"])
+def test_normals_of_faces_pass_the_door(tmp_path: Path, name: str) -> None:
+    """Filters of MeshLab's read and keep those that a filter has made, ours or MeshLab's, as in a mesh set."""
+    vertices, faces = icosphere(2)
+    vertices = vertices + np.random.default_rng(0).normal(size=vertices.shape) * 0.05
+    document, meshes = Document(tmp_path), MeshSet()
+    document.add(MeshData(vertices=vertices, faces=faces))
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    for one in (step(name), step("compute_selection_by_condition_per_face", condselect="fnz > 0.5"), step("set_selection_all")):
+        document.apply(one)
+        meshes.apply_step(one)
+        np.testing.assert_array_equal(document.current.face_normals, meshes.current_mesh().face_normal_matrix())
+        np.testing.assert_array_equal(document.current.face_selection, meshes.current_mesh().face_selection_array())
 
 
 def test_a_mesh_that_had_no_faces_gets_some(tmp_path: Path) -> None:
