@@ -293,7 +293,7 @@ def _custom(mesh: MeshData, element: str, name: str) -> NDArray[np.float64] | No
     values, document = attributes.get(name), getattr(mesh.source, "document", None)
     if name not in (VERTEX_ATTRIBUTES if element == "vertex" else FACE_ATTRIBUTES) and values is not None and values.ndim == 1:
         return np.asarray(values, np.float64)
-    values = document.custom(element).get(name) if hasattr(document, "custom") else None
+    values = document.custom(element).get(name) if document is not None and hasattr(document, "custom") else None
     return None if values is None else _of_old(values.astype(np.float64), source_ids(ids, len(values)))
 
 
