@@ -30,7 +30,7 @@ from .meshlab.facts import table
 from .processes.worker import use_up
 from .scripts.script import Step
 from .write_back.attributes import WORD, custom_attributes
-from .write_back.workbench import attributes_of, read_array, wedges_of
+from .write_back.workbench import Workbench, attributes_of, read_array, wedges_of
 
 _ID = "pymeshfair_id"  # the custom attribute with the number of each element, from 1; 0 is a new element
 _TEXTURE = "pymeshfair_texture"  # the custom attribute for texture numbers, which pymeshlab does not give otherwise
@@ -54,10 +54,11 @@ class Door:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._meshset, self.lost = Path(tempfile.mkdtemp(dir=folder)), BASE(verbose), list[str]()
         self._filters = BuiltinFilters(self._meshset, self._measured, verbose=verbose)
+        self._bench = Workbench(self._meshset, verbose=verbose)
         self._ids: dict[int, int] = {}  # MeshLab's id by the caller's id
         self._sent = meshes
         self._names: dict[Texture, str] = {}  # the file name, in the folder, of each sent image
-        self._painted = self._with_normals = False
+        self._painted = self._with_normals = self._with_face_normals = self._with_uv = False
         self._texts = set[str]()  # values of parameters, some of which name custom attributes
         for number, mesh in meshes.items():
             self._send(mesh)
@@ -85,9 +86,12 @@ class Door:
             self._send_custom(name)
         self._texts |= texts
         self._painted |= FilterClass.TEXTURE in step.filter.classes
+        known = step.filter.python_name
         # by name, since MeshLab's class NORMAL also has filters that only turn faces or the whole mesh
-        self._with_normals |= "_normal_" in step.filter.python_name and "per_face" not in step.filter.python_name
-        if step.filter.python_name in table("unrepeatable")["leaves_state"]:
+        self._with_normals |= values.get("normaltransfer", "_normal_" in known and "per_face" not in known)
+        self._with_face_normals |= "_normal_" in known and "per_face" in known
+        self._with_uv |= known.startswith("compute_texcoord_") and known.endswith("_vertex")
+        if known in table("unrepeatable")["leaves_state"]:
             use_up()
         return parameters, self._filters.apply(step.filter, values)
 
@@ -133,6 +137,10 @@ class Door:
         if len(mesh.faces):
             numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader drops improper faces
             layer.add_face_custom_scalar_attribute(numbers, _ID)
+        if len(mesh.faces) and "normals" in mesh.face_attributes:
+            for axis, column in zip("xyz", mesh.face_normals[proper_faces(mesh.faces)].T, strict=True):
+                layer.add_face_custom_scalar_attribute(np.ascontiguousarray(column), f"pymeshfair_{axis}")
+            self._bench.apply("compute_normal_by_function_per_face", **{axis: f"pymeshfair_{axis}" for axis in "xyz"})
         if mesh.vertex_selection.any() or mesh.face_selection.any():
             for _ in range(2):  # inverting twice sets the number of selected elements, which filters need and readers do not set
                 BASE.apply_filter(self._meshset, "apply_selection_inverse", invfaces=True, invverts=True)
@@ -154,11 +162,10 @@ class Door:
 
     def _send_custom(self, name: str) -> None:
         """Sends a custom attribute, which an expression may name, to the current layer, if the original mesh has it."""
-        current = BASE.current_mesh_id(self._meshset)
-        sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == current), None)
+        layer = BASE.current_mesh(self._meshset)
+        sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == layer.id()), None)
         if sent is None:
             return
-        layer = BASE.current_mesh(self._meshset)
         for element in ("vertex", "face"):
             values = _custom(sent, element, name)
             ids = None if values is None else _numbers(layer, element, len(values))
@@ -198,13 +205,16 @@ class Door:
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)
         coordinates = before.vertex_attributes.get("texture_coordinates")
-        if mesh.has_vertex_tex_coord() and (coordinates is not None or wedges is None):
+        if mesh.has_vertex_tex_coord() and (self._with_uv or coordinates is not None or wedges is None):
             vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh)
         if len(faces):
             face |= attributes_of(mesh, "face")
+            if self._with_face_normals or "normals" in before.face_attributes:
+                with self._bench.matrix_aside(mesh):
+                    face["normals"] = read_array(mesh, "face_normals")
             if wedges is not None:
                 coordinates = before.face_attributes.get("wedge_texture_coordinates")
                 face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)
@@ -280,11 +290,10 @@ def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int
 def _custom(mesh: MeshData, element: str, name: str) -> NDArray[np.float64] | None:
     """A scalar custom attribute of a mesh, also one that only its file holds; None if there is none of that name."""
     attributes, ids = getattr(mesh, f"{element}_attributes"), getattr(mesh, f"{element}_ids")
-    values, document = attributes.get(name), None if mesh.source is None else mesh.source.document
+    values, document = attributes.get(name), getattr(mesh.source, "document", None)
     if name not in (VERTEX_ATTRIBUTES if element == "vertex" else FACE_ATTRIBUTES) and values is not None and values.ndim == 1:
         return np.asarray(values, np.float64)
-    custom = getattr(document, "custom", None)
-    values = None if custom is None else custom(element).get(name)
+    values = document.custom(element).get(name) if document is not None and hasattr(document, "custom") else None
     return None if values is None else _of_old(values.astype(np.float64), source_ids(ids, len(values)))
 
 

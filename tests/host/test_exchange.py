@@ -235,6 +235,19 @@ def test_other_packages_get_a_mesh_where_its_matrix_places_it(caplog: pytest.Log
     assert "the layer's matrix was applied to its coordinates, as other packages do not hold it" in caplog.text
 
 
+@pytest.mark.filterwarnings("error")
+def test_faces_beside_lines_keep_their_values() -> None:
+    """PyVista gets a triangle and an edge with the value and the colour of the triangle, and gives them back."""
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.PolyData(icosphere(1)[0][:5], faces=[4, 0, 1, 2, 3], lines=[2, 3, 4])
+    mesh.cell_data["part"], mesh.cell_data["RGBA"] = [7.0, 8.0], np.array([[1, 2, 3, 4], [5, 6, 7, 8]], np.uint8)
+    meshes = MeshSet()
+    for given in (mesh, None):
+        meshes.add_mesh(meshes.to_pyvista() if given is None else given)
+        back = meshes.to_pyvista()
+        assert (back.cell_data["part"].tolist(), back.cell_data["RGBA"].tolist()) == ([0, 8, 8], [[0] * 4, *[[5, 6, 7, 8]] * 2])
+
+
 def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
     """A quad beside a triangle becomes two triangles, each with its value, and a point set is a cloud."""
     pyvista = pytest.importorskip("pyvista")
@@ -305,6 +318,16 @@ def test_what_meshlab_does_not_take_is_named() -> None:
         meshes.on_note = said.append
         meshes.add_mesh(given)
         assert said == [note]
+
+
+def test_open3d_is_said_to_lose_opacity() -> None:
+    """A colour of Open3D has no fourth number."""
+    pytest.importorskip("open3d")
+    meshes, said = MeshSet(), list[str]()
+    meshes.on_note = said.append
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), v_color_matrix=np.full((3, 4), 0.2)))
+    meshes.to_open3d()
+    assert said == ["a mesh of Open3D cannot hold the opacity"]
 
 
 def test_other_packages_get_a_layer_that_its_matrix_flattens() -> None:

@@ -129,7 +129,7 @@ def test_edges_do_not_lose_an_end() -> None:
 
 
 def test_normals_follow_the_coordinates() -> None:
-    """Normals of a mesh are dropped if a vertex moves, and found by angle as MeshLab does; else, and in clouds, they stay."""
+    """Normals of a mesh are dropped when a vertex moves, and found by angle as MeshLab finds them; a cloud keeps its own."""
     vertices, faces = icosphere(2)
     wrong = np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": wrong}, keeps_normals=True)
@@ -161,19 +161,21 @@ def test_a_new_layer_comes_from_no_file() -> None:
 
 
 def test_a_matrix_is_applied_to_points_and_normals() -> None:
-    """Normals turn with the inverse transpose, so that they stay at right angles to the surface, and have the length 1."""
+    """Normals turn with the inverse transpose, so that they stay at right angles to the surface; each keeps its length."""
     rng = np.random.default_rng(0)
     matrix = np.eye(4)
     matrix[:3] = rng.normal(size=(3, 4))
     vertices, faces = icosphere(1)
-    mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": vertices}, matrix=matrix)
+    lengths = rng.random((len(vertices), 1))
+    mesh = MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": vertices * lengths}, matrix=matrix)
     after = mesh.without_matrix()
     np.testing.assert_allclose(after.vertices, vertices @ matrix[:3, :3].T + matrix[:3, 3])
     a, b = after.vertices[faces[:, 1]] - after.vertices[faces[:, 0]], vertices[faces[:, 1]] - vertices[faces[:, 0]]
-    ends = after.vertex_attributes["normals"][faces[:, 0]], vertices[faces[:, 0]]
-    np.testing.assert_allclose(np.linalg.norm(ends[0], axis=1), 1.0)
-    ends[0][:] *= np.linalg.norm(ends[1] @ np.linalg.inv(matrix[:3, :3]), axis=1)[:, None]
+    normals = after.vertex_attributes["normals"]
+    size = np.linalg.norm(vertices @ np.linalg.inv(matrix[:3, :3]), axis=1, keepdims=True)
+    ends = (normals / lengths * size)[faces[:, 0]], vertices[faces[:, 0]]
     np.testing.assert_allclose((a * ends[0]).sum(axis=1), (b * ends[1]).sum(axis=1), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), lengths[:, 0], atol=1e-15)
 
 
 def test_a_mesh_knows_its_source_through_two_edits(tmp_path: object) -> None:

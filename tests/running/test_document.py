@@ -11,10 +11,12 @@ import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair import MeshSet
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import MeshError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_write import write_ply
+from pymeshfair.filters.geometry import unit_vectors
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
@@ -24,6 +26,7 @@ from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.script import Script, Step
 from tests.contracts.scenes import CHOSEN_BELOW, Scene, apply, arrays_of, mesh_set, scene_for
 from tests.contracts.variants import FILTERS
+from tests.meshes import icosphere
 
 from .runs import BONE, SAMPLES
 
@@ -174,6 +177,45 @@ def test_an_attribute_that_an_expression_reads_keeps_its_type_and_digits(tmp_pat
     document.apply(step("compute_selection_by_condition_per_vertex", condselect="number >= 0 && vi > 99"))
     document.apply(step("meshing_remove_selected_vertices"))
     np.testing.assert_array_equal(document.current.vertex_attributes["number"], numbers[:100], strict=True)
+
+
+def test_normals_that_meshlab_transfers_to_a_mesh_are_kept(tmp_path: Path) -> None:
+    """A mesh whose file had no normals has those of the other layer, as for filters that are made for normals."""
+    vertices, faces = icosphere(2)
+    tilted = unit_vectors(vertices + np.eye(3)[2])
+    document = Document(tmp_path)
+    document.add(MeshData(vertices=vertices, faces=faces, vertex_attributes={"normals": tilted}, keeps_normals=True))
+    document.add(MeshData(vertices=vertices, faces=faces))
+    document.apply(step("transfer_attributes_per_vertex", sourcemesh=0, targetmesh=1, normaltransfer=True))
+    assert document.mesh(1).writes_normals
+    np.testing.assert_allclose(document.mesh(1).vertex_normals, tilted, atol=1e-6)
+
+
+def test_texture_coordinates_that_vertices_get_beside_those_of_corners_are_kept(tmp_path: Path) -> None:
+    """A filter that is made to set them sets them in a run, too, and a later filter does not lose them."""
+    vertices, faces = icosphere(1)
+    wedges = (vertices[:, :2].astype(np.float32) * 2.0)[faces]
+    document = Document(tmp_path)
+    document.add(MeshData(vertices=vertices, faces=faces, face_attributes={"wedge_texture_coordinates": wedges}))
+    document.apply(step("compute_texcoord_transfer_wedge_to_vertex"))
+    document.apply(step("apply_coord_taubin_fairing"))
+    document.apply(step("set_selection_all"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["texture_coordinates"][faces], wedges)
+
+
+@pytest.mark.parametrize("name", ["apply_normal_robust_filtering_per_face", "apply_normal_smoothing_per_face"])
+def test_normals_of_faces_pass_the_door(tmp_path: Path, name: str) -> None:
+    """Filters of MeshLab's read and keep those that a filter has made, ours or MeshLab's, as in a mesh set."""
+    vertices, faces = icosphere(2)
+    vertices = vertices + np.random.default_rng(0).normal(size=vertices.shape) * 0.05
+    document, meshes = Document(tmp_path), MeshSet()
+    document.add(MeshData(vertices=vertices, faces=faces))
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    for one in (step(name), step("compute_selection_by_condition_per_face", condselect="fnz > 0.5"), step("set_selection_all")):
+        document.apply(one)
+        meshes.apply_step(one)
+        np.testing.assert_array_equal(document.current.face_normals, meshes.current_mesh().face_normal_matrix())
+        np.testing.assert_array_equal(document.current.face_selection, meshes.current_mesh().face_selection_array())
 
 
 def test_a_mesh_that_had_no_faces_gets_some(tmp_path: Path) -> None:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
 from ..errors import MeshError
+from ..filters.geometry import face_normals, mean_edge_length, unit_vectors, vertex_normals_by_angle
+from ..filters.mesh import mask_of
 
 #: the attributes of vertices and of faces that MeshLab has too; all others are custom attributes
 VERTEX_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "radii", "texture_coordinates", "selection"))
@@ -139,9 +141,9 @@ class MeshData:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
         inverse = np.cross(turn[[1, 2, 0]], turn[[2, 0, 1]]).T / (np.linalg.det(turn) or 1.0)  # or the adjugate, if singular
-        turned = self.with_attributes(
-            {"normals": None if normals is None else unit_vectors(normals @ inverse)}, {"normals": None}
-        )
+        if normals is not None:
+            normals = unit_vectors(normals @ inverse) * np.linalg.norm(normals, axis=1, keepdims=True)  # each keeps its length
+        turned = self.with_attributes({"normals": normals}, {"normals": None})
         return replace(turned, vertices=self.vertices @ turn.T + self.matrix[:3, 3], matrix=None)
 
     @property
@@ -154,8 +156,6 @@ class MeshData:
         """(n, 3) the attribute ``normals``, else angle-weighted means of the face normals; 0 without faces."""
         if (normals := self.vertex_attributes.get("normals")) is not None:
             return normals
-        from ..filters.geometry import vertex_normals_by_angle
-
         return _frozen(vertex_normals_by_angle(self.vertices, self.faces))
 
     @cached_property
@@ -163,8 +163,6 @@ class MeshData:
         """(m, 3) the attribute ``normals``, else unit normals computed from the faces; 0 for a face without area."""
         if (normals := self.face_attributes.get("normals")) is not None:
             return normals
-        from ..filters.geometry import face_normals
-
         return _frozen(face_normals(self.vertices, self.faces))
 
     @property
@@ -222,7 +220,6 @@ class MeshData:
     @cached_property
     def mean_edge(self) -> float:
         """The mean edge length of the faces, else of the polylines, else the mean distance of a point to its nearest point."""
-        from ..filters.geometry import mean_edge_length
         from ..filters.neighbours import nearest_neighbours
 
         if len(self.faces) or len(self.edges):
@@ -231,15 +228,10 @@ class MeshData:
 
     def selected_vertices(self) -> Bools:
         """Returns (n,) the selected vertices; if there are none, the vertices whose faces are all selected."""
-        vertices, selected_faces = self.vertex_selection, self.face_selection
-        if vertices.any():
-            return vertices
-        if selected_faces.any():
-            surrounded: Bools = np.zeros(len(vertices), dtype=np.bool_)
-            surrounded[self.faces[selected_faces]] = True
-            surrounded[self.faces[~selected_faces]] = False
-            if surrounded.any():
-                return surrounded
+        faces, chosen, count = self.faces, self.face_selection, len(self.vertices)
+        for vertices in (self.vertex_selection, mask_of(faces[chosen], count) & ~mask_of(faces[~chosen], count)):
+            if vertices.any():
+                return vertices
         raise MeshError(
             f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
         )

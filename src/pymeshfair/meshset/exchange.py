@@ -176,6 +176,7 @@ def to_open3d(arrays: Arrays) -> Any:
     arrays.omit(
         "a mesh of Open3D cannot hold",
         edges=arrays.edges,
+        opacity=() if arrays.colors is None else np.flatnonzero(arrays.colors[:, 3] < 1.0),
         texture_coordinates=arrays.uv,
         colours_of_faces=arrays.face_colors,
         values_of_vertices=arrays.of_vertices,
@@ -296,12 +297,16 @@ def _of_pyvista(mesh: Any) -> Arrays:
         count = int(lines[0])
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
-    surface = mesh.triangulate()
+    surface = mesh
+    if (others := mesh.n_lines + mesh.n_verts) and not mesh.n_strips:  # VTK mixes their values, which come first, with triangles'
+        surface = type(mesh)(mesh.points, faces=mesh.faces)
+        surface.cell_data.update({name: values[others:] for name, values in mesh.cell_data.items()})
+    surface = surface.triangulate()
     arrays = Arrays(_numbers(mesh.points), _indices(surface.regular_faces).reshape(-1, 3), _indices(np.concatenate(edges)))
     of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
-    arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces)}
-    if others := sorted(of_cells.keys() - arrays.of_faces.keys()):
-        arrays.lost.append(f"cell values of a mesh with line or point cells are not taken: {', '.join(others)}")
+    arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces) > 0}
+    if others and of_cells:
+        arrays.lost.append(f"values of line and point cells are not taken: {', '.join(sorted(of_cells))}")
     uv = mesh.active_texture_coordinates
     if uv is not None:
         arrays.uv = _numbers(uv)
