@@ -45,6 +45,17 @@ def test_waves_of_the_band_grow_by_the_response_and_the_border_stays() -> None:
     # Twelve edges a wave: the operator's eigenvalue is (pi / 12)^2 / 3, 2.3 %, below the wave's; the border is not far.
     assert grown == pytest.approx(expected, rel=0.05)
     assert found.largest_displacement < 2.1 * height
+    moved = np.linalg.norm(found.vertices - vertices, axis=1)
+    assert found.largest_displacement == pytest.approx(moved.max(), rel=1e-12)
+    # The relief has the share (expected - 1) / 2 of the waves, and they the root mean square height / sqrt(2).
+    assert found.height == pytest.approx(height / np.sqrt(2.0) * (expected - 1.0) / 2.0, rel=0.05)
+    # From the border at y = 0 on, which changes nothing of waves along x, the displacement rises by 3 d^2 - 2 d^3, d the distance
+    # over the longest wave. Nearer to the border than a third of that, the base shape is drawn together.
+    across = np.abs(vertices[:, 0] - vertices[:, 0].mean()) < 12.0
+    rows = [across & (vertices[:, 1] == y) for y in range(8, 41)]
+    risen = np.array([(found.vertices[row, 2] - vertices[row, 2]) @ vertices[row, 2] for row in rows])
+    distance = np.minimum(np.arange(8, 41) / largest, 1.0)
+    np.testing.assert_allclose(risen / risen[-1], 3.0 * distance**2 - 2.0 * distance**3, rtol=0, atol=0.005)
 
 
 def test_a_sphere_stays_and_keeps_its_size() -> None:
@@ -86,6 +97,16 @@ def test_a_surface_that_is_inside_out_gains_the_same_relief() -> None:
     found, other = (enhance_details(vertices, sides, detail_size=0.3) for sides in (faces, faces[:, ::-1].copy()))
     assert found.largest_displacement > 1e-3
     np.testing.assert_allclose(other.vertices, found.vertices, atol=1e-9)
+
+
+def test_only_movable_vertices_move() -> None:
+    """The others keep every bit; those that move go where they would have gone."""
+    vertices, faces = icosphere(3)[0] * (1.0, 0.8, 0.6), icosphere(3)[1]
+    some = vertices[:, 2] > 0.2
+    whole = enhance_details(vertices, faces, detail_size=0.6).vertices
+    part = enhance_details(vertices, faces, detail_size=0.6, movable=some).vertices
+    assert (whole != vertices).any(axis=1).all()
+    np.testing.assert_array_equal(part, np.where(some[:, None], whole, vertices))
 
 
 def test_gain_one_changes_no_bit_and_wrong_bands_are_refused() -> None:
