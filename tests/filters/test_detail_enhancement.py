@@ -135,6 +135,30 @@ def test_balls_of_a_slab_have_half_its_thickness_and_those_of_a_sphere_its_radiu
     np.testing.assert_allclose(inside, 1.0, rtol=1e-6)
 
 
+@pytest.mark.parametrize("degree", [14, 18, 22, 28])
+def test_the_band_begins_a_third_of_an_octave_beyond_the_shortest_waves(degree: int) -> None:
+    """Bumps of one degree l have omega^2 = l (l + 1); bands end at 2^(k / 3) in mean edges, and the middle of theirs counts."""
+    vertices, faces = icosphere(5)
+    edge = mean_edge_length(vertices, faces)
+    bumps = 0.4 * np.polynomial.legendre.Legendre.basis(degree)(vertices[:, 2])
+    noise = 0.05 * np.random.default_rng(0).normal(size=len(vertices))
+    rough = vertices * (1.0 + edge * (bumps + noise))[:, None]
+    band = np.floor(3.0 * np.log2(edge * np.sqrt(degree * (degree + 1))))
+    shortest = 2.0 * np.pi / 2.0 ** ((band + 0.5) / 3.0) * 2.0 ** (1.0 / 3.0)
+    assert shortest_relief(3.0 * rough, faces, 3.0 * edge) == pytest.approx(3.0 * edge * shortest, rel=1e-12)
+
+
+def test_a_band_that_is_not_given_is_told_in_mesh_units() -> None:
+    """It begins where the relief does and is two octaves wide; given, it does the same."""
+    vertices, faces = icosphere(3)[0] * (10.0, 8.0, 6.0), icosphere(3)[1]
+    found = enhance_details(vertices, faces)
+    start = shortest_relief(vertices, faces, mean_edge_length(vertices, faces))
+    assert (found.detail_size, found.largest_size) == pytest.approx((start, 4.0 * start), rel=1e-12)
+    assert np.abs(found.vertices - vertices).max() > 1e-3
+    given = enhance_details(vertices, faces, detail_size=start, largest_size=4.0 * start)
+    np.testing.assert_allclose(given.vertices, found.vertices, rtol=0, atol=1e-9)
+
+
 def test_the_band_begins_where_waves_rise_above_the_noise() -> None:
     """Noise of 0.01, 0.04 and 0.16 edges on a sphere with bumps of many sizes: the relief begins at longer waves each time."""
     vertices, faces = icosphere(5)
