@@ -20,7 +20,7 @@ def test_shapes_in_closed_form() -> None:
 
 
 def test_lines_of_a_cylinder_are_straight() -> None:
-    """On a cylinder round the lamps the brightness depends on the angle alone, with 2 stripes a lamp; it is 0.5 without a normal."""
+    """On a cylinder round the lamps the brightness depends on the angle alone, with 2 stripes a lamp; 0.5 is without a normal."""
     angle = np.linspace(0, 2 * math.pi, 2000, endpoint=False)
     normals = np.column_stack([np.cos(angle), np.zeros(2000), np.sin(angle)])
     bright = reflection_stripes(normals, view=(0, 0, 1), direction=(0, 1, 0), stripes=8)
