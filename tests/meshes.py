@@ -26,11 +26,14 @@ def tetrahedron() -> Mesh:
     return _mesh(vertices, [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 
 
-def cube() -> Mesh:
-    """The unit cube of 8 vertices and 12 triangles with a corner at the origin."""
+def cube(subdivisions: int = 0) -> Mesh:
+    """The unit cube with a corner at the origin, its 12 triangles each cut in four so many times."""
     vertices = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    return _mesh(vertices, [triangle for a, b, c, d in quads for triangle in ([a, b, c], [a, c, d])])
+    mesh = _mesh(vertices, [triangle for a, b, c, d in quads for triangle in ([a, b, c], [a, c, d])])
+    for _ in range(subdivisions):
+        mesh = subdivided(*mesh)
+    return mesh
 
 
 def icosphere(subdivisions: int, radius: float = 1.0) -> Mesh:
@@ -134,6 +137,17 @@ def wheel(spokes: int) -> Mesh:
     angle = 2 * np.pi * np.arange(spokes) / spokes
     rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(spokes)])
     return _mesh(np.concatenate([[[0, 0, 0]], rim]), [[0, 1 + k, 1 + (k + 1) % spokes] for k in range(spokes)])
+
+
+# ------------------------------------------------------------------------------------------------------------------- clouds
+
+
+def spiral(count: int) -> Floats:
+    """A spiral of points evenly around the unit sphere."""
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    angles = np.arange(count) * np.pi * (1.0 + 5.0**0.5)
+    around = np.sqrt(1.0 - z**2)
+    return np.column_stack([around * np.cos(angles), around * np.sin(angles), z])
 
 
 # ------------------------------------------------------------------------------------------------------------------ awkward

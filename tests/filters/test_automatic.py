@@ -30,11 +30,10 @@ from tests.meshes import (
     rotation,
     sample,
     single_triangle,
-    subdivided,
     torus,
 )
 
-FINE_CUBE = subdivided(*subdivided(*subdivided(*cube())))
+FINE_CUBE = cube(3)
 
 
 def _along_normals(mesh: tuple[np.ndarray, np.ndarray], level: float) -> tuple[np.ndarray, np.ndarray]:
@@ -341,7 +340,7 @@ def test_a_choice_is_sure_where_noise_is_independent() -> None:
     """Of a torus with noise of 0.3 edges the choice is sure; of a fine cube with 0.03, whose edges look like it, it is not."""
     vertices, faces = torus(45, 22)
     assert automatic_choice(_along_normals((vertices, faces), 0.3)[0], faces).sure
-    vertices, faces = subdivided(*FINE_CUBE)
+    vertices, faces = cube(4)
     choice = automatic_choice(_along_normals((vertices, faces), 0.03)[0], faces)
     assert choice.kind == "noisy"
     assert not choice.sure
@@ -359,7 +358,7 @@ def test_weak_noise_on_a_smooth_surface_goes() -> None:
 @pytest.mark.slow
 def test_noise_along_an_axis_is_noise() -> None:
     """Of a cube two sides are rough and four exact: it is not clean, nothing is a spike, and the angle falls to a fifth."""
-    true_vertices, faces = subdivided(*FINE_CUBE)
+    true_vertices, faces = cube(4)
     heights = 0.2 * np.random.default_rng(3).normal(size=len(true_vertices)) * mean_edge_length(true_vertices, faces)
     vertices = true_vertices + heights[:, None] * [0.0, 0.0, 1.0]
     result, choice = denoise_automatically(vertices, faces)
@@ -389,7 +388,7 @@ def test_a_map_whose_noise_grows_is_denoised() -> None:
     assert _share_left(result, vertices, true_vertices, faces) < 1.0 / 3.0
 
 
-@pytest.mark.parametrize("mesh", [torus(60, 30), subdivided(*FINE_CUBE)], ids=["torus", "cube"])
+@pytest.mark.parametrize("mesh", [torus(60, 30), cube(4)], ids=["torus", "cube"])
 def test_weak_noise_is_taken(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     """The angles of noise of 0.03 edges fall to a half, of a cube too, whose edges agree more than its noise does."""
     vertices, faces = _along_normals(mesh, 0.03)

@@ -23,7 +23,6 @@ from tests.meshes import (
     icosphere,
     noisy,
     rotation,
-    subdivided,
     tube,
 )
 
@@ -160,18 +159,10 @@ def test_noise_on_a_sphere_falls(apply: Filter) -> None:
     assert abs(np.linalg.norm(found, axis=1).mean() - 1) < 0.01
 
 
-def fine_cube() -> Mesh:
-    """The unit cube with 17 vertices along an edge."""
-    mesh = cube()
-    for _ in range(4):
-        mesh = subdivided(*mesh)
-    return mesh
-
-
 @pytest.mark.parametrize("apply", FILTERS)
 def test_an_edge_survives_and_flat_parts_get_flat(apply: Filter) -> None:
     """A redescending range kernel leaves the cube's edges within 60 % of what "l2" rounds them by, and flattens its sides."""
-    vertices, faces = fine_cube()
+    vertices, faces = cube(4)
     given = vertices + np.random.default_rng(0).normal(0, 0.004, vertices.shape)
     on_edge = (((vertices == 0) | (vertices == 1)).sum(axis=1) == 2) & (np.abs(vertices - 0.5).min(axis=1) < 0.3)
     middle = (vertices[:, 2] == 1) & (np.abs(vertices[:, :2] - 0.5).max(axis=1) < 0.3)

@@ -315,7 +315,7 @@ def test_a_whole_sheet_stays_open() -> None:
 
 @pytest.mark.parametrize("degrees", [50, 90, 100, 120, 150])
 def test_the_border_of_a_cap_of_a_ball_is_no_hole(degrees: int) -> None:
-    """Up to arccos(-1/3) = 109 degrees from its pole a cap is an open sheet, whose rim is closed if it is selected."""
+    """Up to arccos(-1/3) = 109 degrees a cap is an open sheet, whose rim is closed if it is selected; a larger cap has a hole."""
     mesh = cap(degrees)
     filling = close_holes(*mesh)
     if degrees > 109.5:
@@ -344,6 +344,52 @@ def test_the_inner_border_of_a_narrow_frame_is_a_hole() -> None:
     filling = close_holes(mesh[0], mesh[1][np.abs(middles - 6.0).max(axis=1) > 5.0])
     assert [len(rim) for rim in filling.closed] == [40]
     assert [(rim.reason, len(rim.vertices)) for rim in filling.left_open] == [("outer", 48)]
+
+
+@pytest.mark.parametrize(
+    ("place", "turn", "is_joined"),
+    [
+        ((5.0, 6.0, 0.0), 1, True),
+        ((5.0, 6.0, 3.4), 1, True),
+        ((5.0, 6.0, -3.4), 1, True),
+        ((5.0, 6.0, 3.5), 1, False),
+        ((5.0, 6.0, -3.5), 1, False),
+        ((9.5, 4.5, 1.0), 1, True),
+        ((4.5, 9.5, 1.0), 1, True),
+        ((9.0, 9.0, 1.0), 1, False),
+        ((7.0, 7.0, 1.0), 1, False),
+        ((2.5, 6.0, 1.0), 1, False),
+        ((5.0, 6.0, 0.0), -1, False),
+    ],
+    ids=["in it", "above", "below", "too high", "too low", "foot", "leg", "notch", "corner", "edge", "turned over"],
+)
+def test_an_island_is_what_lies_within_a_hole_near_its_plane(place: tuple[float, ...], turn: int, is_joined: bool) -> None:
+    """In an L-shaped hole of area 48 all of it must lie inside the L, at most half the root of 48 high, and look upwards."""
+    vertices, faces = grid(16, 16)
+    x, y = vertices[faces].mean(axis=1)[:, :2].T
+    hole = (np.minimum(x, y) > 4) & (np.maximum(x, y) < 12) & (np.minimum(x, y) < 8)
+    island = grid(2, 2)
+    mesh = (
+        np.concatenate([vertices, island[0] + place]),
+        np.concatenate([faces[~hole], island[1][:, ::turn] + np.int32(len(vertices))]),
+    )
+    filling = close_holes(*mesh, refine=False)
+    assert [len(rim) for rim in filling.closed] == [32]
+    assert [len(rim) for rim in filling.islands] == [8 if is_joined else 0]
+    assert [rim.reason for rim in filling.left_open] == ["outer"] * (1 if is_joined else 2)
+
+
+def test_an_island_within_a_frame_belongs_to_the_hole_of_the_frame() -> None:
+    """Of two holes around an island it is joined to the smaller one, and the frame between them to the larger one."""
+    vertices, faces = grid(16, 16)
+    away = np.abs(vertices[faces].mean(axis=1)[:, :2] - 8.0).max(axis=1)
+    parts = [faces[(away > low) & (away < high)] for low, high in ((6, 8), (2, 4), (0, 1))]
+    own = np.concatenate([part + np.int32(k * len(vertices)) for k, part in enumerate(parts)])
+    filling = close_holes(np.concatenate([vertices] * 3), own, refine=False)
+    assert sorted((len(rim), len(island)) for rim, island in zip(filling.closed, filling.islands, strict=True)) == [
+        (16, 8),
+        (48, 32),
+    ]
 
 
 def test_an_island_may_have_any_number_of_edges() -> None:

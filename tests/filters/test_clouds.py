@@ -14,7 +14,7 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.clouds import bilateral_projection, normals_of
 from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
-from tests.meshes import AWKWARD, icosphere, rotation
+from tests.meshes import AWKWARD, icosphere, rotation, spiral
 
 Floats = NDArray[np.float64]
 
@@ -22,13 +22,6 @@ Floats = NDArray[np.float64]
 def flat(n: int = 2000, seed: int = 0) -> Floats:
     """Points strewn over the unit square."""
     return np.column_stack([np.random.default_rng(seed).random((n, 2)), np.zeros(n)])
-
-
-def ball(n: int = 3000) -> Floats:
-    """A spiral of points evenly around the unit sphere."""
-    z = 1.0 - (2.0 * np.arange(n) + 1.0) / n
-    angles = np.arange(n) * np.pi * (1.0 + 5.0**0.5)
-    return np.column_stack([np.sqrt(1.0 - z**2) * np.cos(angles), np.sqrt(1.0 - z**2) * np.sin(angles), z])
 
 
 def roof(n: int = 4000) -> Floats:
@@ -46,7 +39,7 @@ def shaken(points: Floats, amount: float) -> Floats:
 @pytest.mark.parametrize("name", KERNEL_NAMES)
 def test_a_loop_over_points_gives_the_same(name: KernelName) -> None:
     """One iteration is its equation over the nearest neighbours, normals included, to 1e-10."""
-    points = shaken(ball(300), 0.02)
+    points = shaken(spiral(300), 0.02)
     _, indices = scipy.spatial.cKDTree(points).query(points, k=13)
     expected = points.copy()
     for i, p in enumerate(points):
@@ -72,7 +65,7 @@ def test_a_noisy_plane_gets_flat() -> None:
 
 def test_a_noisy_sphere_gets_round() -> None:
     """The mean distance to the sphere falls to less than half, with estimated normals and with true ones of any length."""
-    truth = ball(10_000)
+    truth = spiral(10_000)
     noisy = shaken(truth, 0.01)
 
     def error(points: Floats) -> float:
@@ -122,7 +115,7 @@ def test_quadrics_stay() -> None:
 @pytest.mark.parametrize("name", ["gaussian", "tukey", "l1"])
 def test_a_loop_over_quadrics_gives_the_same(name: KernelName) -> None:
     """One iteration with the degree 2 is numpy's weighted least squares over the nearest neighbours, to 1e-9."""
-    points = shaken(ball(300), 0.02)
+    points = shaken(spiral(300), 0.02)
     _, indices = scipy.spatial.cKDTree(points).query(points, k=41)
     expected = points.copy()
     for i, p in enumerate(points):
@@ -154,7 +147,7 @@ def test_few_neighbours_pass_on_no_more_noise_than_there_is(neighbors: int) -> N
 
 def test_quadrics_of_weights_near_the_smallest_number() -> None:
     """Range sigmas far below the heights leave weights that are hardly above 0, or none: no point becomes NaN or flies away."""
-    points = shaken(ball(500), 0.02)
+    points = shaken(spiral(500), 0.02)
     for sigma in (1e-3, 5e-4, 1e-4, 1e-8):
         found = bilateral_projection(points, neighbors=40, range_sigma=sigma, degree=2)
         assert np.abs(found - points).max() < 0.2
@@ -162,7 +155,7 @@ def test_quadrics_of_weights_near_the_smallest_number() -> None:
 
 def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
     """Estimated normals are those of the sphere up to their sign, to the curvature over the neighbourhood; their length is 1."""
-    points = ball()
+    points = spiral(3000)
     normals = normals_of(points, nearest_neighbours(points, 18)[1])
     assert np.abs((normals * points).sum(axis=1)).min() > math.cos(math.radians(2))
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
@@ -170,7 +163,7 @@ def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
 
 def test_points_that_may_not_move_keep_every_bit() -> None:
     """Not movable ones, those whose normal is 0, and all of them if there are no iterations."""
-    points = shaken(ball(500), 0.02)
+    points = shaken(spiral(500), 0.02)
     movable = np.arange(500) % 2 == 0
     found = bilateral_projection(points, movable=movable)
     assert found[~movable].tobytes() == points[~movable].tobytes()

@@ -45,6 +45,17 @@ def test_waves_of_the_band_grow_by_the_response_and_the_border_stays() -> None:
     # Twelve edges a wave: the operator's eigenvalue is (pi / 12)^2 / 3, 2.3 %, below the wave's; the border is not far.
     assert grown == pytest.approx(expected, rel=0.05)
     assert found.largest_displacement < 2.1 * height
+    moved = np.linalg.norm(found.vertices - vertices, axis=1)
+    assert found.largest_displacement == pytest.approx(moved.max(), rel=1e-12)
+    # The relief has the share (expected - 1) / 2 of the waves, and they the root mean square height / sqrt(2).
+    assert found.height == pytest.approx(height / np.sqrt(2.0) * (expected - 1.0) / 2.0, rel=0.05)
+    # From the border at y = 0 on, which changes nothing of waves along x, the displacement rises by 3 d^2 - 2 d^3, d the distance
+    # over the longest wave. Nearer to the border than a third of that, the base shape is drawn together.
+    across = np.abs(vertices[:, 0] - vertices[:, 0].mean()) < 12.0
+    rows = [across & (vertices[:, 1] == y) for y in range(8, 41)]
+    risen = np.array([(found.vertices[row, 2] - vertices[row, 2]) @ vertices[row, 2] for row in rows])
+    distance = np.minimum(np.arange(8, 41) / largest, 1.0)
+    np.testing.assert_allclose(risen / risen[-1], 3.0 * distance**2 - 2.0 * distance**3, rtol=0, atol=0.005)
 
 
 def test_a_sphere_stays_and_keeps_its_size() -> None:
@@ -88,6 +99,16 @@ def test_a_surface_that_is_inside_out_gains_the_same_relief() -> None:
     np.testing.assert_allclose(other.vertices, found.vertices, atol=1e-9)
 
 
+def test_only_movable_vertices_move() -> None:
+    """The others keep every bit; those that move go where they would have gone."""
+    vertices, faces = icosphere(3)[0] * (1.0, 0.8, 0.6), icosphere(3)[1]
+    some = vertices[:, 2] > 0.2
+    whole = enhance_details(vertices, faces, detail_size=0.6).vertices
+    part = enhance_details(vertices, faces, detail_size=0.6, movable=some).vertices
+    assert (whole != vertices).any(axis=1).all()
+    np.testing.assert_array_equal(part, np.where(some[:, None], whole, vertices))
+
+
 def test_gain_one_changes_no_bit_and_wrong_bands_are_refused() -> None:
     """The displacement has the factor gain - 1; a band needs two lengths in order."""
     vertices, faces = icosphere(2)
@@ -112,6 +133,30 @@ def test_balls_of_a_slab_have_half_its_thickness_and_those_of_a_sphere_its_radiu
     # The sphere has samples opposite each, or next to there: the ball through two points of a sphere with its centre on the
     # radius of one of them is the sphere's own.
     np.testing.assert_allclose(inside, 1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("degree", [14, 18, 22, 28])
+def test_the_band_begins_a_third_of_an_octave_beyond_the_shortest_waves(degree: int) -> None:
+    """Bumps of one degree l have omega^2 = l (l + 1); bands end at 2^(k / 3) in mean edges, and the middle of theirs counts."""
+    vertices, faces = icosphere(5)
+    edge = mean_edge_length(vertices, faces)
+    bumps = 0.4 * np.polynomial.legendre.Legendre.basis(degree)(vertices[:, 2])
+    noise = 0.05 * np.random.default_rng(0).normal(size=len(vertices))
+    rough = vertices * (1.0 + edge * (bumps + noise))[:, None]
+    band = np.floor(3.0 * np.log2(edge * np.sqrt(degree * (degree + 1))))
+    shortest = 2.0 * np.pi / 2.0 ** ((band + 0.5) / 3.0) * 2.0 ** (1.0 / 3.0)
+    assert shortest_relief(3.0 * rough, faces, 3.0 * edge) == pytest.approx(3.0 * edge * shortest, rel=1e-12)
+
+
+def test_a_band_that_is_not_given_is_told_in_mesh_units() -> None:
+    """It begins where the relief does and is two octaves wide; given, it does the same."""
+    vertices, faces = icosphere(3)[0] * (10.0, 8.0, 6.0), icosphere(3)[1]
+    found = enhance_details(vertices, faces)
+    start = shortest_relief(vertices, faces, mean_edge_length(vertices, faces))
+    assert (found.detail_size, found.largest_size) == pytest.approx((start, 4.0 * start), rel=1e-12)
+    assert np.abs(found.vertices - vertices).max() > 1e-3
+    given = enhance_details(vertices, faces, detail_size=start, largest_size=4.0 * start)
+    np.testing.assert_allclose(given.vertices, found.vertices, rtol=0, atol=1e-9)
 
 
 def test_the_band_begins_where_waves_rise_above_the_noise() -> None:

@@ -12,15 +12,12 @@ from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing, featur
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import face_adjacency
-from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, subdivided
+from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy
 
 
 def fine_cube() -> Mesh:
     """The unit cube of 6,146 vertices."""
-    mesh = cube()
-    for _ in range(5):
-        mesh = subdivided(*mesh)
-    return mesh
+    return cube(5)
 
 
 def hipped_block() -> Mesh:

@@ -20,7 +20,7 @@ def test_shapes_in_closed_form() -> None:
 
 
 def test_lines_of_a_cylinder_are_straight() -> None:
-    """On a cylinder round the lamps' direction the brightness depends on the angle alone, and there are 2 stripes a lamp pair."""
+    """On a cylinder round the lamps the brightness depends on the angle alone, with 2 stripes a lamp; 0.5 is without a normal."""
     angle = np.linspace(0, 2 * math.pi, 2000, endpoint=False)
     normals = np.column_stack([np.cos(angle), np.zeros(2000), np.sin(angle)])
     bright = reflection_stripes(normals, view=(0, 0, 1), direction=(0, 1, 0), stripes=8)
@@ -30,6 +30,7 @@ def test_lines_of_a_cylinder_are_straight() -> None:
     np.testing.assert_allclose(
         bright, reflection_stripes(normals, view=(0, 0, 3.0), direction=(0, -5.0, 0), stripes=8), atol=1e-9
     )
+    assert reflection_stripes(np.zeros((1, 3)), view=(0, 0, 1), direction=(0, 1, 0)).tolist() == [0.5]
 
 
 def test_directions_without_length_are_refused() -> None:

@@ -42,7 +42,6 @@ from tests.meshes import (
     noisy,
     renumbered,
     rotation,
-    subdivided,
     tube,
     wheel,
 )
@@ -200,9 +199,7 @@ def test_a_plane_is_a_fixed_point(settings: dict[str, Any]) -> None:
 @pytest.mark.parametrize(("name", "sigma"), [("truncated_l1", 1.0), ("truncated_l2", 1.0), ("tukey", 1.2)])
 def test_a_cube_stays_a_cube(name: KernelName, sigma: float) -> None:
     """Kernels that reach 0 before the deviation of a right angle, sqrt 2, keep a cube exactly."""
-    vertices, faces = cube()
-    for _ in range(3):
-        vertices, faces = subdivided(vertices, faces)
+    vertices, faces = cube(3)
     after = normal_filtering(vertices, faces, range_kernel=name, range_sigma=sigma, space_sigma=2.5, **INTERLEAVED)
     np.testing.assert_allclose(after, vertices, rtol=0, atol=1e-12)
 
@@ -345,9 +342,7 @@ def test_a_border_along_keeps_its_outline() -> None:
 
 def test_noise_goes_and_edges_stay() -> None:
     """A cube with noise of 0.15 edges: the angles to the true normals fall to less than a tenth, and no face is folded."""
-    vertices, faces = cube()
-    for _ in range(4):
-        vertices, faces = subdivided(vertices, faces)
+    vertices, faces = cube(4)
     rough, _ = noisy((vertices, faces), 0.15 / 16)
     after = normal_filtering(rough, faces, range_kernel="truncated_l1", range_sigma=1.0, space_sigma=2.5, **INTERLEAVED)
     true = face_normals(vertices, faces)

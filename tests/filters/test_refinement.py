@@ -109,6 +109,14 @@ def test_a_crack_gets_no_vertices() -> None:
     assert len(refined_patch(Patch(points, np.full(16, 1.0), triangles, 16)).points) == 16
 
 
+@pytest.mark.parametrize(("depth", "added"), [(0.1, 0), (0.49, 0), (0.51, 1), (1.0, 1)])
+def test_an_edge_beside_one_low_triangle_is_in_a_crack(depth: float, added: int) -> None:
+    """Between triangles of heights 1.2 and `depth` an edge is split if both are at least a quarter of the target length 2."""
+    points = np.array([[0.0, 0, 0], [1, -depth, 0], [2, 0, 0], [1, 1.2, 0]])
+    patch = Patch(points, np.full(4, 2.0), np.array([[0, 2, 3], [2, 0, 1]], dtype=np.int32), 4)
+    assert len(refined_patch(patch, vertex_pairs(4, [1], [3])).points) == 4 + added
+
+
 def test_forbidden_pairs_are_not_joined_even_if_they_were() -> None:
     """A diagonal, even in a crack, between vertices that the mesh joins already is split."""
     patch = disc(4)

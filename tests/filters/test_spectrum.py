@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.problem import spectral_problem
-from pymeshfair.filters.spectral.spectrum import Spectrum, spectrum
-from tests.meshes import AWKWARD, Floats, Mesh, icosphere, noisy, sample, torus, two_spheres
+from pymeshfair.filters.spectral.spectrum import Spectrum, energy_quadrature, spectrum
+from tests.meshes import AWKWARD, Floats, Mesh, area, icosphere, noisy, sample, torus, two_spheres, with_caps
 
 
 def all_modes(mesh: Mesh) -> tuple[Floats, Floats]:
@@ -36,6 +36,28 @@ def test_bands_hold_the_energy_of_their_modes(modes: int) -> None:
     for index, edge in enumerate(found.band_edges[1:-1], start=1):
         lower, upper = (float(energy[omega <= edge * factor].sum()) for factor in (2 ** (-1 / 6), 2 ** (1 / 6)))
         assert lower * 0.99 <= below(found, index) <= upper * 1.01
+
+
+@pytest.mark.parametrize("subdivisions", [3, 5])
+def test_a_quadrature_of_few_steps_is_exact_for_powers(subdivisions: int) -> None:
+    """Six steps give <v, (M^-1 S)^k v>_M up to k = 11, to rounding, on a mesh of one block of rows and on one of three."""
+    problem = spectral_problem(*noisy(icosphere(subdivisions), 0.01))
+    values = np.random.default_rng(0).normal(size=(len(problem.mass), 3))
+    kappa, weights = energy_quadrature(problem, values, 6, progress=lambda _: None)
+    assert len(kappa) == len(weights) == 3 * 6
+    applied = values
+    for power in range(12):
+        exact = float((problem.mass[:, None] * values * applied).sum())
+        assert float(weights @ kappa**power) == pytest.approx(exact, rel=1e-11)
+        applied = (problem.dirichlet @ applied) / problem.mass[:, None]
+
+
+def test_the_last_band_has_the_shortest_waves_of_equilateral_triangles() -> None:
+    """All waves shorter than half an edge are in the band of those that are as long, here beside slivers of next to no area."""
+    vertices, faces = with_caps(1e-3)
+    edge = math.sqrt(2.0 / math.sqrt(3.0) * area(vertices, faces) / len(vertices))
+    edges = spectrum(vertices, faces, modes=0, operator="cotangent").band_edges
+    assert edges[-2] <= 2.0 * math.pi / (0.5 * edge) <= edges[-1]
 
 
 def test_single_modes_are_exact() -> None:

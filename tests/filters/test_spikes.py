@@ -7,7 +7,7 @@ import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.diffusion import remove_spikes
-from tests.meshes import cube, grid, icosphere, renumbered, rotation, subdivided, wheel
+from tests.meshes import cube, grid, icosphere, renumbered, rotation, wheel
 
 
 def pyramid(height: float, spokes: int = 8) -> tuple[np.ndarray, np.ndarray]:
@@ -42,7 +42,7 @@ def test_needles_on_a_ball_go_and_nothing_else() -> None:
     np.testing.assert_array_equal(found[others], vertices[others])
 
 
-@pytest.mark.parametrize("mesh", [icosphere(3), grid(), subdivided(*subdivided(*cube()))], ids=["ball", "sheet", "box"])
+@pytest.mark.parametrize("mesh", [icosphere(3), grid(), cube(2)], ids=["ball", "sheet", "box"])
 def test_shapes_without_spikes_keep_every_bit(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     """Balls, sheets and the corners of a box are no spikes."""
     found, spikes = remove_spikes(*mesh)

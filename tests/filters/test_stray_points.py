@@ -10,16 +10,9 @@ from scipy import sparse, spatial
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.outliers import NO_LINK, cut_links, stray_points, thicknesses
+from tests.meshes import spiral
 
 Points = NDArray[np.float64]
-
-
-def sphere(count: int) -> Points:
-    """A spiral of points evenly around the unit sphere."""
-    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    angles = np.arange(count) * np.pi * (1.0 + 5.0**0.5)
-    around = np.sqrt(1.0 - z**2)
-    return np.column_stack([around * np.cos(angles), around * np.sin(angles), z])
 
 
 def littered(seed: int, count: int = 4000) -> tuple[Points, NDArray[np.bool_]]:
@@ -28,7 +21,7 @@ def littered(seed: int, count: int = 4000) -> tuple[Points, NDArray[np.bool_]]:
     haze = rng.uniform(-10.0, 10.0, (200, 3))
     haze = haze[np.abs(np.linalg.norm(haze, axis=1) - 1.0) > 0.5]
     clump = rng.normal(loc=3.0, scale=0.05, size=(40, 3))
-    return np.concatenate([sphere(count), haze, clump]), np.arange(count + len(haze) + 40) >= count
+    return np.concatenate([spiral(count), haze, clump]), np.arange(count + len(haze) + 40) >= count
 
 
 def by_the_definition(points: Points, k: int, sparseness: float, smallest: int) -> NDArray[np.bool_]:
@@ -61,8 +54,8 @@ def parts_of_all_kinds(seed: int) -> Points:
     rows, columns = (axis.ravel().astype(float) for axis in np.indices((13, 13)))
     wide = np.column_stack([rows, columns, np.zeros(169)]) + 0.4 * rng.normal(size=(169, 3))
     parts = [
-        sphere(300),
-        sphere(150) * (0.55 + 0.02 * rng.normal(size=(150, 1))),
+        spiral(300),
+        spiral(150) * (0.55 + 0.02 * rng.normal(size=(150, 1))),
         rng.uniform(-0.25, 0.25, (280, 3)),
         rng.uniform(-0.3, 0.3, (330, 3)),
         0.15 * wide + 0.14 * rng.normal(size=(169, 3)),
@@ -139,18 +132,18 @@ def test_flyers_over_terrain_are_stray_whatever_the_density(count: int) -> None:
 
 def test_a_clean_surface_has_no_stray_points() -> None:
     """No two points of an even sphere differ in spacing by a factor of two."""
-    assert not stray_points(sphere(1000)).any()
+    assert not stray_points(spiral(1000)).any()
 
 
 def test_parts_of_different_density_stay() -> None:
     """A sphere with a sixteenth of the density, four times the spacing, is no haze."""
-    points = np.concatenate([sphere(8000), sphere(500) + np.array([4.0, 0.0, 0.0])])
+    points = np.concatenate([spiral(8000), spiral(500) + np.array([4.0, 0.0, 0.0])])
     assert not stray_points(points).any()
 
 
 def test_the_smallest_part_decides_about_islands() -> None:
     """An island of 150 points is stray from 151 on."""
-    points = np.concatenate([sphere(4000), 0.2 * sphere(150) + np.array([4.0, 0.0, 0.0])])
+    points = np.concatenate([spiral(4000), 0.2 * spiral(150) + np.array([4.0, 0.0, 0.0])])
     assert not stray_points(points, smallest_part=150).any()
     assert np.array_equal(stray_points(points, smallest_part=151), np.arange(4150) >= 4000)
 
@@ -183,4 +176,4 @@ def test_place_size_and_order_make_no_difference() -> None:
 def test_parameters_that_are_refused(options: dict[str, float], words: str) -> None:
     """What is out of its bounds is named with them."""
     with pytest.raises(FilterInputError, match=words):
-        stray_points(sphere(500), **options)  # type: ignore[arg-type]
+        stray_points(spiral(500), **options)  # type: ignore[arg-type]

@@ -225,3 +225,24 @@ def test_the_faces_at_every_vertex_are_those_of_the_definition(drawn: tuple[NDAr
         assert found.rows[found.offsets[i] : found.offsets[i + 1]].tolist() == rows[i]
         assert ends[offsets[i] : offsets[i + 1]].reshape(-1, 2).tolist() == [row[1:] for row in rows[i]]
     assert topology.proper_faces(faces).tolist() == [len(set(face)) == 3 for face in faces.tolist()]
+
+
+@given(any_faces(), st.integers(1, 3), st.integers(0, 2**9 - 1))
+def test_a_submesh_is_that_of_the_definition(drawn: tuple[NDArray[np.int32], int], rings: int, marks: int) -> None:
+    """The proper faces at the free vertices and at all rings but the last; vertices at borders of these rings are not free."""
+    faces, n = drawn
+    free = np.array([bool(marks >> i & 1) for i in range(n)])
+    inside = set(np.flatnonzero(free).tolist())
+    proper = [face for face in faces.tolist() if len(set(face)) == 3]
+    for _ in range(rings - 1):
+        inside |= {v for face in proper if inside & set(face) for v in face}
+    near = [face for face in proper if inside & set(face)]
+    counts = plain_edges(np.array(near, dtype=np.int32).reshape(-1, 3))
+    border = {v for edge, count in counts.items() if count == 1 and inside & set(edge) for v in edge}
+    points = np.arange(3.0 * n).reshape(n, 3)
+    part = topology.submesh_around(points, faces, free, rings)
+    assert part.vertices.tolist() == sorted({v for face in near for v in face})
+    assert part.vertices[part.faces].tolist() == near
+    np.testing.assert_array_equal(part.points, points[part.vertices])
+    assert part.border.tolist() == [v in border for v in part.vertices.tolist()]
+    assert part.free.tolist() == [bool(free[v]) and v not in border for v in part.vertices.tolist()]

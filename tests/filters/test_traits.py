@@ -11,10 +11,10 @@ from pymeshfair.filters.denoising import Scan
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.filters.traits import measured_traits, sharpness
-from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, rotation, subdivided, torus, tube
+from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, rotation, torus, tube
 
 #: a cube of 16 edges to a side
-FINE_CUBE = subdivided(*subdivided(*subdivided(*subdivided(*cube()))))
+FINE_CUBE = cube(4)
 
 
 def can(around: int) -> Mesh:
@@ -78,7 +78,7 @@ def test_noise_of_a_ball_is_that_of_its_calmer_half(below: float, above: float) 
 
 def test_planes_as_they_were_designed_have_no_noise() -> None:
     """A cube of twelve triangles has corners alone, which are not noise."""
-    assert measured_traits(*subdivided(*cube()))["noise"] == 0.0
+    assert measured_traits(*cube(1))["noise"] == 0.0
 
 
 def test_traits_do_not_depend_on_place_size_and_turn() -> None:

@@ -28,7 +28,7 @@ from pymeshfair.filters.geometry import face_normals, mean_edge_length, mean_nor
 from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
-from tests.meshes import Floats, Ints, Mesh, cube, icosphere, irregular_grid, noisy, subdivided
+from tests.meshes import Floats, Ints, Mesh, cube, icosphere, irregular_grid, noisy
 
 
 @dataclass
@@ -69,7 +69,7 @@ def filtered(mesh: Mesh, chosen: Bools | None = None, **values: Any) -> tuple[Fl
 @pytest.fixture(scope="module")
 def true() -> Mesh:
     """A cube of 386 vertices."""
-    return subdivided(*subdivided(*subdivided(*cube())))
+    return cube(3)
 
 
 @pytest.fixture(scope="module")

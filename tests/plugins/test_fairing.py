@@ -33,7 +33,6 @@ from tests.meshes import (
     noisy,
     rotation,
     sample_path,
-    subdivided,
     tube,
     two_spheres,
 )
@@ -188,7 +187,7 @@ def test_energy_smoothing_is_that_of_the_function() -> None:
 
 def test_features_are_found_or_given() -> None:
     """Weights come from the bending of the surface or from the vertex scalar; a mesh without one is told to get one."""
-    vertices, faces = noisy(fine_cube(), 0.01)
+    vertices, faces = noisy(cube(4), 0.01)
     scalars = (np.abs(vertices - 0.5) > 0.45).sum(axis=1).astype(float)
     for values, weights in (
         ({"features": "curvature"}, feature_weights(vertices, faces, feature_angle=30.0)),
@@ -201,14 +200,6 @@ def test_features_are_found_or_given() -> None:
         np.testing.assert_allclose(vertices_of(meshes), wanted, rtol=0, atol=1e-6)
     with pytest.raises(pymeshlab.PyMeshLabException, match="features='scalar' needs vertex scalars, but those of the mesh are 0"):
         mesh_set((vertices, faces)).apply_filter(ENERGY, features="scalar")
-
-
-def fine_cube() -> Mesh:
-    """The unit cube with 3,072 faces."""
-    mesh = cube()
-    for _ in range(4):
-        mesh = subdivided(*mesh)
-    return mesh
 
 
 @pytest.mark.parametrize("name", [ENERGY, TANGENTIAL])

@@ -21,7 +21,7 @@ from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability
 from pymeshfair.registry import find_filter
 from pymeshfair.running.document import Document
 from pymeshfair.scripts.script import Step
-from tests.meshes import grid, icosphere
+from tests.meshes import grid, icosphere, spiral
 
 
 @dataclass
@@ -41,10 +41,7 @@ def apply(vertices: NDArray[np.float64], **values: Any) -> Edit:
 @pytest.fixture(scope="module")
 def cloud() -> NDArray[np.float64]:
     """A spiral of 500 points evenly around a sphere, and one point in its centre, the last."""
-    z = 1.0 - (2.0 * np.arange(500) + 1.0) / 500
-    angles = np.arange(500) * np.pi * (1.0 + 5.0**0.5)
-    around = np.sqrt(1.0 - z**2)
-    return np.concatenate([np.stack([around * np.cos(angles), around * np.sin(angles), z], axis=1), np.zeros((1, 3))])
+    return np.concatenate([spiral(500), np.zeros((1, 3))])
 
 
 def test_the_edit_has_probabilities_selection_and_numbers(cloud: NDArray[np.float64]) -> None:
