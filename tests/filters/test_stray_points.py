@@ -150,7 +150,7 @@ def test_the_smallest_part_decides_about_islands() -> None:
 
 def test_points_without_a_measurement_at_the_origin_do_not_hide_the_haze() -> None:
     """Of a haze of 1,000 points as many are found where more than half of the points are at one place; the sphere stays."""
-    points = np.concatenate([sphere(8000), np.random.default_rng(0).uniform(2.0, 8.0, (1000, 3))])
+    points = np.concatenate([spiral(8000), np.random.default_rng(0).uniform(2.0, 8.0, (1000, 3))])
     stray = stray_points(np.concatenate([points, np.zeros((9001, 3))]))
     assert np.array_equal(stray[:9000], stray_points(points))
     assert stray[8000:9000].mean() > 0.9

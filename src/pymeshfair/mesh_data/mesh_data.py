@@ -135,8 +135,6 @@ class MeshData:
 
     def without_matrix(self) -> MeshData:
         """Applies the matrix, if any, to coordinates and vertex normals, and removes stored face normals."""
-        from ..filters.geometry import unit_vectors
-
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")
