@@ -66,7 +66,7 @@ class Repertoire(NamedTuple):
     relaxations: tuple[int, ...]  # numbers of pairs of Taubin steps before the chains
     chains: tuple[Chain, ...]
     taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # numbers of pairs of Taubin steps alone; 0 does nothing
-    relaxation_direction: RelaxationDirection | None = None  # direction of the Taubin steps; None takes it from the noise
+    relaxation_direction: RelaxationDirection | None = None  # None: Taubin steps alone go in all directions, others by the noise
     outliers: Outliers | None = None  # treatment of outliers; None takes it from the mesh
 
     def narrowed(
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The repertoire with these values; outer_iterations=0 removes `chains`; else `filtering` removes Taubin alone."""
+        """The repertoire with these values; outer_iterations=0 removes `chains`, else `filtering` removes Taubin steps alone."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])
@@ -138,14 +138,14 @@ class SettingsTried:
         rounding: RoundingPolicy = "keep",
     ) -> None:
         """Lists the labels and builds the adjacency."""
-        direction = of.relaxation_direction or direction_for(scan.noise)
+        of_alone, direction = of.relaxation_direction or "all", of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
 
         def family(relaxation: int, chain: Chain, outliers: Outliers) -> list[Setting]:
             parameters = (replace(chain[0], outer_iterations=stop) for stop in chain[1])
             return [Setting(relaxation, direction, each, outliers, rounding) for each in parameters]
 
-        self.labels = [[Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin]]
+        self.labels = [[Setting(k, of_alone if k else "all", None, outliers, rounding) for k in of.taubin]]
         self.labels += [family(relaxation, chain, outliers) for relaxation in of.relaxations for chain in of.chains]
         self._scan, self._border, self._of = scan, border, of
         self._along, self._replaced = direction == "normal", scan.replaced if alone else None
@@ -169,9 +169,9 @@ class SettingsTried:
             fair[steps] = taubin_fairing(fair[before], scan.faces, iterations=added, border=self._border, movable=scan.movable)
         if self._outline.any():
             fair = {steps: outline_kept(points, moved, scan.normals, self._outline) for steps, moved in fair.items()}
-        starts = {k: along_normals(points, fair[k], scan.normals) if self._along else fair[k] for k in of.relaxations}
-        families = [iter([fair[steps] for steps in of.taubin])]
-        families += [self._results(starts[k], chain, scan.movable) for k in of.relaxations for chain in of.chains]
+        along = {k: along_normals(points, moved, scan.normals) for k, moved in fair.items()} if self._along else fair
+        families = [iter([(along if of.relaxation_direction else fair)[k] for k in of.taubin])]
+        families += [self._results(along[k], chain, scan.movable) for k in of.relaxations for chain in of.chains]
         if self._replaced is not None:
             moves = self._replaced.copy()
             moves[held] = True

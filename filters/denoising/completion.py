@@ -60,6 +60,6 @@ def notes_of_choice(made: AutomaticChoice | None, set_values: Mapping[str, Any],
         return (NOTHING_TO_REMOVE,)
     text = (
         "neighbouring vertices share their noise, and the border does not count in the choice of the filter: faces at "
-        "the border, as at silhouettes, may be farther from the true surface than before"
+        "the border, for example at silhouettes, may be farther from the true surface than before"
     )
     return (text,) if made.kind == "correlated" and made.setting.rounding == "keep" and is_open else ()

@@ -1,7 +1,12 @@
 """What denoising chooses from, and what is left of it where something is given."""
 
-from pymeshfair.filters.denoising import REPERTOIRE, Scan, Setting, SettingsTried
-from tests.meshes import icosphere
+import numpy as np
+import pytest
+
+from pymeshfair.filters.denoising import REPERTOIRE, RelaxationDirection, Scan, Setting, SettingsTried
+from pymeshfair.filters.denoising.scan import NONE_HELD
+from pymeshfair.filters.mesh import normalised_mesh
+from tests.meshes import icosphere, noisy
 
 
 def test_the_first_setting_is_to_do_nothing() -> None:
@@ -40,3 +45,16 @@ def test_given_steps_come_before_every_chain() -> None:
     assert left.chains == REPERTOIRE.chains
     assert left.relaxation_direction == "normal"
     assert REPERTOIRE.narrowed(relaxation=0).taubin == (0,)
+
+
+@pytest.mark.parametrize("direction", ["all", "normal"])
+def test_steps_alone_are_tried_in_the_given_direction(direction: RelaxationDirection) -> None:
+    """What is tried is what the chosen setting does: eight steps along the normals, or in all directions."""
+    vertices, faces = noisy(icosphere(2), 0.05)
+    mesh = normalised_mesh(vertices, faces)
+    left = REPERTOIRE.narrowed(relaxation_direction=direction)
+    tried = SettingsTried(Scan.of(mesh.points, mesh.cells), border="along", of=left)
+    results = list(tried(mesh.points, NONE_HELD)[0])
+    at = [setting.relaxation for setting in tried.labels[0]].index(8)
+    assert tried.labels[0][at] == Setting(8, direction)
+    np.testing.assert_allclose(results[at], tried.labels[0][at].apply(mesh.points, mesh.cells), atol=1e-12)

@@ -71,7 +71,7 @@ def upgrade(
     script: Annotated[Path, Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010; - is standard input.")],
     output: Annotated[Path, Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, Option("--accept", help="Write the script even if its meaning changes.")] = False,
-    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Make lengths relative to MESH.")] = None,
+    relative_to: Annotated[Path | None, Option("--relative-to", metavar="MESH", help="Lengths in % of MESH's diagonal.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:

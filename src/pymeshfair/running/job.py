@@ -58,7 +58,7 @@ class Job:
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options, for the record, that can change the output or make the run fail; defaults are left out."""
+        """Options for the record, which `verify` needs; defaults are left out."""
         options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(self, name)}
         options |= {} if self.measures else {"no_measures": True}
         return options | ({} if self.unit is None else {"unit": self.unit})
