@@ -27,8 +27,8 @@ neighbours lie anywhere in memory.
 
 ![Seconds against vertices](pictures/performance.svg)
 """
-_OURS = """Seconds by the clock and of processor time; megabytes above those before the call; the share of the triad's bandwidth that
-the necessary reading and writing takes; and the exponent of the growth of time in scan order.
+_OURS = """Seconds by the clock and of processor time; megabytes above those before the call; the share of the triad's bandwidth
+that the necessary reading and writing takes; and the exponent of the growth of time in scan order.
 
 | operation | vertices | order | seconds | processor | MB | best peer's MB | bandwidth | growth |
 |---|---:|---|---:|---:|---:|---:|---:|---:|"""
