@@ -129,7 +129,8 @@ _BY_DIAGONAL = (
 )
 _MULTIGRID = (
     "Up to 50,000 vertices order and factors. Above, memory: multigrid's cycles read the matrices of all levels some twenty "
-    "times, in rows whose columns lie far apart. At 100,000 factors take 0.86 of the time and 1.7 of the memory, which grows faster."
+    "times, in rows whose columns lie far apart. At 100,000 factors take 0.86 of the time and 1.7 of the memory, which "
+    "grows faster."
 )
 
 CONTESTS = (
