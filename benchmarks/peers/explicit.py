@@ -154,12 +154,8 @@ CONTESTS = (
     Contest(
         "Taubin, 10 pairs of steps",
         lambda s: lambda: taubin_fairing(s.vertices, s.faces),
-        "At a million the sweeps take 0.5 of the processor time and wait for instructions (below); finding the triangles at "
-        "every vertex and putting them in order takes 0.25, sorting vertices and triangles by place 0.12, on one thread where "
-        "each writes where the one before it ends. Tried for the sweeps: vertices sorted by their number of neighbours, 0.73 "
-        "of the time and no gain with the sorting; a fourth number for each vertex, 1.2; two neighbours at a time, 0.8, which "
-        "stayed. Tried for the order: eight neighbours copied at a time, 0.9 of the copying; entries of the table that name "
-        "their vertex and the next slot, 0.93, which stayed.",
+        "Instructions. At a million vertices the sweeps take 0.5 of the processor time; finding the triangles at every vertex "
+        "and ordering them takes 0.25; sorting vertices and triangles by place takes 0.12, on one thread.",
         {
             "VTK": Peer(vtk_sinc("Sequential"), "vtk", goal=3.0),
             "VTK, threads": Peer(vtk_sinc("STDThread"), "vtk", goal=2.5),
@@ -194,13 +190,10 @@ CONTESTS = (
     Contest(
         "Laplacian, uniform, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces),
-        "As Taubin's, with half the sweeps. At 10k the triangles round the vertices take 0.36 of a call, ten sweeps 0.4, on one "
-        "thread: two, which sleep between calls and whose cores share no cache, take 1.2 to 1.5 times as long. To put the "
-        "triangles of a vertex in order takes 35 ns, in a chain of reads that wait for each other. Vertices sorted by their "
-        "number of neighbours gain nothing: the processor learns the branches in two sweeps; three neighbours at a time take "
-        "1.1 of the time of two. At 1M sorting by place takes a fifth of the clock, ordering triangles a quarter. MeshLib has "
-        "its half-edges before the clock starts, and takes twice our processor time at 10k; six runs gave 0.98 to 1.3 there "
-        "by the clock.",
+        "As Taubin's, with half the sweeps. At 10k the triangles around the vertices take 0.36 of a call and ten sweeps 0.4, on "
+        "one thread, as two would take 1.2 to 1.5 times as long. At 1M sorting by place takes a fifth of the time by the clock, "
+        "ordering triangles a quarter. MeshLib has its half-edges before the clock starts, and takes twice our processor time at "
+        "10k; six runs gave ratios of 0.98 to 1.3 there.",
         {
             "MeshLib": Peer(meshlib_relax, "meshlib", goal=1.3),
             "pymeshlab": Peer(
@@ -217,9 +210,8 @@ CONTESTS = (
     Contest(
         "Laplacian, cotangent, 10 steps",
         lambda s: lambda: explicit_smoothing(s.vertices, s.faces, operator="cotangent"),
-        "Neighbours are gathered from everywhere, anew in every step, and each has two cotangents: square roots and divisions, "
-        "made four at a time. A step takes 26 ns of processor time a vertex of 10,000, which the second cache holds, and 67 "
-        "ns of 100,000.",
+        "Memory: neighbours are gathered anew in every step, each with two cotangents (square roots and divisions). A step takes "
+        "26 ns of processor time a vertex of 10,000, which the second cache holds, and 67 ns a vertex of 100,000.",
         {
             "pymeshlab": Peer(
                 meshlab("apply_coord_laplacian_smoothing", stepsmoothnum=10, cotangentweight=True),

@@ -125,12 +125,11 @@ def frequencies(pairs: Any) -> Floats:
 
 _BY_DIAGONAL = (
     "Products with the matrix, scaled by its diagonal: 110 of them, 1.1 of 1.8 s, for 6 edges at a million. Multigrid takes 2.6 "
-    "for the same, factors more."
+    "s for the same, factors more."
 )
 _MULTIGRID = (
-    "Up to 50,000 vertices order and factors. Above, memory read out of order: multigrid's cycles read the matrices of all "
-    "levels some twenty times, on rows whose columns lie far apart. The order of space is taken where it pays; cycles in single "
-    "precision need as many steps, and 0.96 to 1.15 of the time; factors take 0.86 of it at 100,000 and 1.7 of the memory, which "
+    "Up to 50,000 vertices order and factors. Above, memory: multigrid's cycles read the matrices of all levels some twenty "
+    "times, in rows whose columns lie far apart. At 100,000 factors take 0.86 of the time and 1.7 of the memory, which "
     "grows faster."
 )
 
@@ -186,9 +185,8 @@ CONTESTS = (
             f"{count} lowest modes",
             our_modes(count),
             "Keeping hundreds of long vectors orthogonal, a third of a call, and passes over the factors for every eight of "
-            "them, a quarter. Threads on the factors, from 20,000 vertices on, took 100 modes of 100,000 from 2.2 to 3 of eigsh. "
-            "Blocks of four vectors take 0.88 to 0.94 of the time, blocks of 16 1.2 to 1.4; but modes of a symmetric shape come "
-            "in fives, which a block must be able to hold.",
+            "them, a quarter. Threads on the factors, from 20,000 vertices on, raised the ratio of 100 modes of 100,000 from 2.2 "
+            "to 3.",
             {"eigsh": Peer(their_modes(count), "scipy", agrees=1e-7, goal=goal)},
             sizes=(size,),
             orders=("scan",),

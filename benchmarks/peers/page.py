@@ -12,23 +12,23 @@ from .results import Run, bandwidth_share, fallen, ratio, slope
 
 _HEAD = """# Performance
 
-How fast every operation is, against the libraries that people would take instead. Written by `python benchmarks/all.py`; the
-figures are in `benchmarks/all.json`.
+How fast every operation is, compared with other libraries (peers). Written by `python benchmarks/all.py`; the figures are in
+`benchmarks/all.json`.
 
 {machine}. {date}. {threads} threads; the memory of the machine moves {bandwidth:.0f} GB/s (triad).
 
 {load}
 
-Ratios are the time of the peer over ours by the clock, medians of rounds taken in turn in one process; **in bold** where the
-peer is faster. In brackets the ratio of processor time: where it is the smaller one, we use more cores. Times are of calls on
-arrays in memory: ours from vertices and faces to the result, with everything built for it; the peer's from a mesh that it has
-loaded already. A call of less than 20 ms follows one that does not count. "Scan" is the order in which subdivision
-leaves a mesh, and for points row by row; in "random" order neighbours lie anywhere.
+Ratios are the time of the peer over ours by the clock, medians of alternating rounds in one process; **in bold** if the peer is
+faster. In brackets the ratio of processor time: if it is smaller, we use more cores. Times are of calls on arrays in memory: ours
+from vertices and faces to the result, the peer's from a mesh that it has already loaded. Before a call of less than 20 ms comes
+one that does not count. "Scan" is the order in which subdivision leaves a mesh, and for points row by row; in "random" order
+neighbours lie anywhere in memory.
 
 ![Seconds against vertices](pictures/performance.svg)
 """
-_OURS = """Seconds by the clock and of processor time; megabytes over what the process had before the call; the share of the
-triad's bandwidth if only what must be read and written were; and the exponent with which the time grows in scan order.
+_OURS = """Seconds by the clock and of processor time; megabytes above those before the call; the share of the triad's bandwidth
+that the necessary reading and writing takes; and the exponent of the growth of time in scan order.
 
 | operation | vertices | order | seconds | processor | MB | best peer's MB | bandwidth | growth |
 |---|---:|---|---:|---:|---:|---:|---:|---:|"""
@@ -69,7 +69,7 @@ def _columns(run: Run) -> list[tuple[int, str]]:
 
 def _ratios(run: Run, saved: Run | None) -> Iterator[str]:
     columns = _columns(run)
-    yield "| operation | peer | " + " | ".join(f"{_short(size)}, {order}" for size, order in columns) + " | asked for |"
+    yield "| operation | peer | " + " | ".join(f"{_short(size)}, {order}" for size, order in columns) + " | goal |"
     yield "|---|---|" + "---|" * len(columns) + "---:|"
     for contest in _measured(run):
         for name, peer in contest.peers.items():
@@ -131,7 +131,7 @@ def _behind(run: Run) -> Iterator[str]:
     yield from found or ["Nowhere in this run."]
     missed = list(_missed(run))
     if missed:
-        yield "\nBelow what was asked for, on the largest subject in scan order:\n"
+        yield "\nBelow the goal, on the largest mesh or cloud in scan order:\n"
         yield from missed
 
 
@@ -153,8 +153,10 @@ def _largest(run: Run, contest: Contest, name: str, peer: Peer) -> tuple[int, fl
 
 
 def _bounds(run: Run) -> Iterator[str]:
+    names: dict[str, list[str]] = {}
     for contest in _measured(run):
-        yield f"* {contest.name}: {contest.bound}"
+        names.setdefault(contest.bound, []).append(contest.name)
+    yield from (f"* {'; '.join(of_these)}: {bound}" for bound, of_these in names.items())
 
 
 def _versions(run: Run) -> str:

@@ -72,8 +72,7 @@ CONTESTS = (
     Contest(
         f"{NEIGHBOURS} nearest neighbours",
         found_by(neighbours.by_us),
-        "As LoOP. Leaves of 8 and of 32 points take longer than those of 16; candidates that stay unsorted until the end, with "
-        "rows ranked by keys of 32 bits, take 0.6 of the time before. All points of a leaf search together already.",
+        "As LoOP.",
         {
             "scipy": Peer(found_by(neighbours.by_scipy), "scipy", agrees=1e-12),
             "pykdtree": Peer(found_by(neighbours.by_pykdtree), "pykdtree", agrees=1e-12, goal=1.3),

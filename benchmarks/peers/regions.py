@@ -62,12 +62,8 @@ def as_floats(result: Any) -> Floats:
 #: shares of processor time, 10,000 free vertices
 BOUNDS: dict[Energy, str] = {
     "membrane": "No single part. Of 19 ms of processor time the order takes 2.4, the pattern of the factors 0.7, the factors "
-    "4, two solves 2.3, a residual in twice the precision 1, the operator 3, finding and checking the region 2; "
-    "libigl takes 22 to 25 in turn with it, 8 of them for the operator. The factors are short of "
-    "numbers, not of arithmetic: without any of it they take 2.7 ms, to gather the fronts and to write them down. Fronts filled "
-    "up to whole vectors, and right sides that lie by columns, took as long or longer; one walk instead of two over parts of "
-    "up to 500 vertices takes off 0.5 ms of the order and adds 5 % to the factors; the rows of the operator are filled "
-    "as fast by a table as by a search.",
+    "4, two solves 2.3, a residual in twice the precision 1, the operator 3, finding and checking the region 2; libigl takes "
+    "22 to 25, 8 of them for the operator. The factors wait for memory: without arithmetic they take 2.7 ms.",
     "thin_plate": "Order and factors by fronts, 0.4; two solves and two residuals in twice the precision, a quarter.",
     "minimum_variation": "Order and factors by fronts, 0.45; two solves and two residuals in twice the precision, a quarter.",
 }
@@ -97,8 +93,7 @@ CONTESTS = (
         ),
         "The passes over the normals: twelve faces around each, whose rows are gathered one number at a time, and a kernel for "
         "each pair. In the order of subdivision they wait for memory: sorted by place a pass over a million faces takes 0.54 of "
-        "the time, a step of the vertices 0.3. Exponentials are an eighth of a pass that waits, and a quarter of one that does "
-        "not.",
+        "the time, a step of the vertices 0.3.",
         {
             "pymeshlab": Peer(
                 meshlab("apply_coord_two_steps_smoothing", stepsmoothnum=1, stepnormalnum=20, stepfitnum=20),
