@@ -197,7 +197,7 @@ def apply_coord_spike_removal(
 
     Args:
         steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
-            Larger removes only thinner spikes; below 1 the corners of boxes count as spikes.
+            Larger removes only thinner spikes; below 1 corners of boxes may count as spikes.
     """
     options: dict[str, Any] = {"steepness": steepness, "movable": movable_vertices(layer, selected), "progress": progress}
     vertices, spikes = diffusion.remove_spikes(layer.vertices, layer.faces, **options)
@@ -258,8 +258,8 @@ class Diffusion:
 
     Attributes:
         range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian',
-            1 / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and 'truncated_l2'
-            stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
+            1 / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey' and 'truncated_l2' stop the
+            flow at x = 1, 'hampel' at 4; 'huber' slows it; 'l2' smooths across edges.
         step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a vertex.
             Larger is smoother per iteration.
     """

@@ -37,7 +37,7 @@ def chosen_amount(
     """Chooses the amount by the expected error of the edge vectors; see `Scan.choose_by_risk`.
 
     Each amount is tried on the mesh, or on patches of a large mesh, scaled to a mean edge of 1. If fourth-order differences show
-    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. Only errors along normals count.
+    sharp edges or details (`Scan.shows_surface`), `Scan.choose` and `Scan.or_nothing` decide. Errors are measured along normals.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -19,7 +19,7 @@ from ..report.page import render
 from .outcomes import QUESTIONS, Outcome, Row, Summary, area_change, digests_of, displacement_in_edges, write_text
 
 PAGES = "reports"  # the folder of the pages of scans, within the folder of the batch
-_BRAND = b'<p class="brand">pymeshfair</p>'  # a text that every page of pymeshfair has
+_BRAND = b'<p class="brand">pymeshfair</p>'  # a text that every page of a batch or a run has
 
 
 def page_path(folder: Path, output: Path) -> Path:

@@ -39,7 +39,7 @@ class PlyDocument:
     row_of_face: Ints | None = None  # (m,) each triangle's row of ``face``; None if equal to its number, or if `has_other_faces`
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None
-    polygon: Array | None = None  # (m,) the attribute of its triangles, or None
+    polygon: Array | None = None  # (m,) the attribute ``polygon`` of its triangles, or None
     faces: Ints | None = None  # (m, 3) its triangles
 
     def custom(self, element: str) -> dict[str, Array]:

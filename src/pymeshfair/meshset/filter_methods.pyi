@@ -137,8 +137,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian', 1
-                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and
-                'truncated_l2' stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
+                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey' and 'truncated_l2' stop the
+                flow at x = 1, 'hampel' at 4; 'huber' slows it; 'l2' smooths across edges.
             range_sigma: Differences between neighbouring colours above this value are edges, and are kept; black and white
                 differ by 1.73. Larger smooths stronger noise and blurs more edges. 'auto' estimates it from the median
                 difference. Takes a number of at least 0, or 'auto'.
@@ -1295,7 +1295,7 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             steepness: A vertex is a spike if its distance from the mean of its neighbours exceeds this many times their spread.
-                Larger removes only thinner spikes; below 1 the corners of boxes count as spikes. Takes a number of at least 0.
+                Larger removes only thinner spikes; below 1 corners of boxes may count as spikes. Takes a number of at least 0.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1660,8 +1660,8 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             range_kernel: How the flow between neighbours falls with x, their difference divided by range sigma. 'lorentzian', 1
-                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey', 'hampel' and
-                'truncated_l2' stop the flow at edges; 'huber' slows it there; 'l2' smooths across edges.
+                / (1 + x^2), and 'gaussian', exp(-x^2), are the kernels of Perona and Malik; 'tukey' and 'truncated_l2' stop the
+                flow at x = 1, 'hampel' at 4; 'huber' slows it; 'l2' smooths across edges.
             range_sigma: Differences between neighbours above this value are edges, and are kept. Larger smooths stronger noise
                 and blurs more edges. 'auto' estimates it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The step as a share of the largest stable step, which is one over the largest number of neighbours of a
