@@ -67,7 +67,7 @@ def test_many_equal_rows_are_numbered_as_numpy_numbers_them() -> None:
 
 @given(st.integers(0, 10**6), st.lists(st.integers(3, 9), min_size=1, max_size=6))
 def test_polygons_come_back_from_their_triangles(seed: int, lengths: list[int]) -> None:
-    """Stars of any depth with vertices of their own, triangles in any order: the same corners, in the order of first triangles."""
+    """Stars of any depth with vertices of their own, triangles in any order: the same corners, ordered by first triangle."""
     rng = np.random.default_rng(seed)
     points = []
     for length in lengths:
