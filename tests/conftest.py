@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from pymeshfair.filters.compilation import allowed_threads
 
 # Processes that run tests side by side are told the width of a terminal; the commands under test write to pipes.
 os.environ.pop("COLUMNS", None)
+# Examples may wait for the compiler, so none has a deadline; they are the same ones every time, whatever else is collected.
+settings.register_profile("compiled", deadline=None, derandomize=True)
+settings.load_profile("compiled")
 # Numba is loaded as pymeshfair does it, before a test imports it: it would warn of an old threading library otherwise.
 allowed_threads()
 

@@ -304,7 +304,7 @@ def test_strips_and_grids_are_those_of_meshlab(tmp_path: Path) -> None:
 
 
 @given(st.integers(4, 12), st.integers(0, 10**6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_triangles_of_a_polygon_cover_it(corners: int, seed: int) -> None:
     """Star-shaped polygons, most of them concave, have the area of their triangles, none of which is turned over."""
     rng = np.random.default_rng(seed)

@@ -53,7 +53,7 @@ def value_of(token: str) -> float:
     return float(token) if kind_of(token) not in (WORD, EMPTY) else 0.0
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=400)
 @given(TEXT)
 def test_tokens_are_those_of_the_grammar(text: str) -> None:
     """Kinds and values are those of a parser by regular expressions, whatever the text."""
@@ -71,7 +71,7 @@ def test_words_like_infinity_are_words(word: str) -> None:
     assert int(tokenise(word.encode()).kinds[0]) == kind_of(word)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300)
 @given(st.floats(allow_nan=False, min_value=-1e308, max_value=1e308))
 def test_numbers_are_the_nearest_doubles(value: float) -> None:
     """A number is read as Python reads it, with 17 digits, with fewer and with more."""
@@ -79,7 +79,7 @@ def test_numbers_are_the_nearest_doubles(value: float) -> None:
         assert tokenise(word_.encode()).values[0] == float(word_)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300)
 @given(TEXT)
 def test_joined_lines_keep_their_places(text: str) -> None:
     """Where a backslash continues a line there are blanks, and every other byte stays where it is."""

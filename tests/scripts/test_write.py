@@ -90,7 +90,7 @@ COMMENTS = TEXTS.map(clean_comment).filter(lambda text: "--" not in text and not
 
 
 # The one fixture for every example makes the filter of every kind known, which no example changes.
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.builds(Script, st.lists(steps(), min_size=1, max_size=4).map(tuple), COMMENTS))
 def test_what_is_written_reads_back(script: Script) -> None:
     """Reading what was written gives the same steps, values and comment, once the defaults that the writer adds are added."""

@@ -91,7 +91,7 @@ def by_tiles(
 
 
 @pytest.mark.parametrize("make", [uneven, lattice, one_place])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     k=st.integers(1, 30),
     most=st.integers(20, 1200),
@@ -111,7 +111,7 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, seed: int)
 
 
 @pytest.mark.parametrize("make", [lattice, one_place])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     most=st.integers(20, 1200),
     zero=st.sampled_from([0.0, -0.0]),
@@ -131,7 +131,7 @@ def test_of_coincident_points_those_stay_that_meshlab_keeps(make: Any, most: int
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [uneven, lattice, one_place, islands])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     k=st.integers(1, 30),
     most=st.integers(20, 1200),

@@ -71,7 +71,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: PlannedStep, most: int, cell
 
 
 @pytest.mark.slow
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     operator=st.sampled_from(["uniform", "cotangent"]),
     border=st.sampled_from(["fixed", "along", "free"]),
