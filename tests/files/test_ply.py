@@ -402,6 +402,18 @@ def test_faces_that_are_turned_over_are_written_so(tmp_path: Path, kind: str) ->
     np.testing.assert_array_equal(face_normals(again.vertices, again.faces), -face_normals(mesh.vertices, mesh.faces))
 
 
+def test_elements_that_name_deleted_faces_are_left_out(tmp_path: Path) -> None:
+    """Numbers of faces are not those of the file any more, and this is said."""
+    faces = Element("face", [("list uchar int", "vertex_indices")], [[[0, 1, 2]], [[0, 2, 3]]])
+    part = Element("part", [("list uchar int", "face_indices")], [[[1]]])
+    mesh = read(tmp_path, ply_file([Element("vertex", PLACE, SQUARE), faces, part]))
+    assert b"element part 1" in written(mesh)
+    target = io.BytesIO()
+    (note,) = write_ply(apply_edit(mesh, Edit(delete_faces=np.array([True, False]))), target)
+    assert note == "element 'part' (1), which names faces by their numbers, is left out"
+    assert b"element part" not in target.getvalue()
+
+
 def test_textures_that_steps_give_and_take_are_those_of_the_file(tmp_path: Path) -> None:
     """A file without textures gets two, and of two one is left, with the numbers of its faces."""
     faces = Element("face", [("list uchar int", "vertex_indices")], [[[0, 1, 2]], [[0, 2, 3]]])

@@ -82,6 +82,14 @@ def test_columns_are_kept(tmp_path: Path, name: str, text: str, attributes: dict
     assert_same(read_file(tmp_path / "out" / f"half-{name}").mesh, half)
 
 
+def test_columns_that_are_left_keep_their_titles(tmp_path: Path) -> None:
+    """Without one of its columns a text has titles for the others, which may be in any order."""
+    mesh = read(tmp_path / "a.txt", "Z;X;Angle;Y;Label\n3.0;1.5;7;2.0;8\n")
+    save(mesh.with_attributes({"angle": None}), tmp_path / "b.txt")
+    assert (tmp_path / "b.txt").read_text() == "z;x;y;label\n3.0;1.5;2.0;8\n"
+    assert read_file(tmp_path / "b.txt").mesh.vertices.tolist() == [[1.5, 2.0, 3.0]]
+
+
 def test_booleans_are_written_as_numbers(tmp_path: Path) -> None:
     """A column that a program replaces by booleans holds 1 and 0."""
     mesh = read(tmp_path / "a.xyz", "x y z flag\n1.5 2.0 3.0 7\n4.5 5.0 6.0 7\n")

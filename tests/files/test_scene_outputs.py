@@ -219,3 +219,12 @@ def test_a_moved_mesh_that_lost_all_faces_has_no_normals(tmp_path: Path, suffix:
     path, saved = save(mesh.part(np.ones(len(POINTS), np.bool_), np.zeros(len(mesh.faces), np.bool_)), tmp_path, f"a.{suffix}")
     assert "normals" not in read_file(path).mesh.vertex_attributes
     assert not saved.warnings
+
+
+def test_texture_coordinates_of_other_primitives_are_not_lost(tmp_path: Path) -> None:
+    """Edges and faces without a texture share the coordinates of faces with one, which are read."""
+    mesh = replace(MESHES["two textures"], edges=np.array([[0, 1]]))
+    path, _saved = save(mesh, tmp_path, "a.glb")
+    source = read_file(path).mesh.source
+    assert source is not None
+    assert not any("texture coordinates" in text for text in source.extras)

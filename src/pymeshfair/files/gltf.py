@@ -152,6 +152,8 @@ class _Reader:
         parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
         faces, edges, textures, uvs, colours = zip(*parts, strict=True)
         counts, corners = [len(each) for each in faces], np.concatenate(faces)
+        if len(corners) and "TEXCOORD_0" in attributes and max(textures) < 0:
+            self.assembly.lost[NO_TEXTURE] = None
         wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
         shades = np.repeat(colours, counts, axis=0)
         part = self.assembly.polygons(
@@ -215,7 +217,6 @@ class _Reader:
         surface = material.get("pbrMetallicRoughness", {})
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
         if (texture_use := surface.get("baseColorTexture")) is None:
-            self.assembly.lost |= {NO_TEXTURE: None} if "TEXCOORD_0" in attributes else {}
             return -1, None, colour
         texture = self._at("textures", texture_use["index"])
         if "source" not in texture:

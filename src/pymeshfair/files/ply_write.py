@@ -36,16 +36,19 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
     written = {row.element.name: row for row in rows if row is not None}
     elements: dict[str, PlyElement] = {}
+    renumbered = [what for what, ids in (("vertices", mesh.vertex_ids), ("faces", mesh.face_ids)) if ids is not None]
     for element in document.header.elements:
         name = element.name
+        stale = [what for what in renumbered if any(p.name.startswith(what[:4]) for p in element.properties)]
         if name in written or name in ("face", "edge"):
             elements |= {name: written[name].element} if name in written else {}
         elif name in ("tristrips", "range_grid") and document.has_other_faces:
             elements |= {} if not len(mesh.faces) or ("face" in written and written["face"].element.count) else {name: element}
-        elif mesh.vertex_ids is None or not any(p.name.startswith("vert") for p in element.properties):
+        elif not stale:
             elements[name] = element
         else:
-            notes.append(f"element {name!r} ({element.count:,}), which names vertices by their numbers, is left out")
+            what = " and ".join(stale)
+            notes.append(f"element {name!r} ({element.count:,}), which names {what} by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     textures = [t.name if writing is None else writing.textures.get(t.name, t.name) for t in mesh.textures]
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), textures))

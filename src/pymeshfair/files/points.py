@@ -252,9 +252,10 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
             values |= columns
         elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):
             lost.append({"colors": "vertex colours", "normals": "vertex normals"}.get(name, name))
-    written = [values[name] for name in document.columns if name in values]
-    if document.titles and len(written) == len(document.columns):
-        target.write(document.titles + b"\n")
+    names = tuple(name for name in document.columns if name in values)
+    written = [values[name] for name in names]
+    if document.titles:
+        target.write((document.titles if names == document.columns else document.separator.join(names).encode()) + b"\n")
     if document.counted:
         target.write(b"%d\n" % len(mesh.vertices))
     target.writelines(rows(document.separator.join(["%r"] * len(written)), written))
