@@ -1,6 +1,5 @@
 """Filters that select points: outliers, stray points, surplus points, vertices far from a cloud."""
 
-from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
 
@@ -20,10 +19,10 @@ point_selection = partial(
 )
 
 
-def _selection(selected: Bools, kind: str, scalars: Floats | None = None, **report: float) -> Edit:
-    """Selects points and reports their number; a note says what `kind` they are."""
+def _selection(selected: Bools, kind: str, *more: str, scalars: Floats | None = None, **report: float) -> Edit:
+    """Selects points and reports their number; a note says what `kind` they are, before `more` notes."""
     count = int(np.count_nonzero(selected))
-    notes = (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
+    notes = (f"{count:,} of {len(selected):,} points are {kind}", *more) if count else more
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
@@ -56,10 +55,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     kind = f"outliers with a probability above {threshold:g}"
-    largest, mean = float(probabilities.max()), float(probabilities.mean())
-    edit = _selection(probabilities > threshold, kind, probabilities, largest_probability=largest, mean_probability=mean)
-    has_scalars = layer.has_vertex_scalars and layer.vertex_scalars.any()
-    return replace(edit, notes=(*edit.notes, outliers.REPLACED_SCALARS)) if has_scalars else edit
+    more = (outliers.REPLACED_SCALARS,) if layer.has_vertex_scalars and layer.vertex_scalars.any() else ()
+    measured = {"largest_probability": float(probabilities.max()), "mean_probability": float(probabilities.mean())}
+    return _selection(probabilities > threshold, kind, *more, scalars=probabilities, **measured)
 
 
 @point_selection(name="Select Stray Points")
@@ -90,7 +88,10 @@ def compute_selection_by_stray_points_per_vertex(
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     kind = f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}"
-    return _selection(outliers.stray_points(layer.vertices, **options, progress=progress), kind)
+    stray = outliers.stray_points(layer.vertices, **options, progress=progress)
+    copies = int(stray.sum()) - len(np.unique(layer.vertices[stray], axis=0))
+    advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
+    return _selection(stray, kind, *([advice] if copies else []))
 
 
 @point_selection(name="Select Surplus Points")
