@@ -1,7 +1,6 @@
 """Filters that select points: outliers, stray points, surplus points, vertices far from a cloud."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
 
@@ -21,10 +20,12 @@ point_selection = partial(
 )
 
 
-def _selection(selected: Bools, parameters: Mapping[str, Any], scalars: Floats | None = None, **report: float) -> Edit:
-    """Selects points and reports their number; a note says what they are."""
+def _selection(
+    selected: Bools, parameters: Mapping[str, Any], *more: str, scalars: Floats | None = None, **report: float
+) -> Edit:
+    """Selects points and reports their number; a note says what they are, before `more` notes."""
     count = int(np.count_nonzero(selected))
-    notes = outliers.found_words(count, len(selected), parameters)
+    notes = (*outliers.found_words(count, len(selected), parameters), *more)
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
@@ -56,10 +57,9 @@ def compute_selection_by_outlier_probability_per_vertex(
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
-    report = {"largest_probability": float(probabilities.max()), "mean_probability": float(probabilities.mean())}
-    edit = _selection(probabilities > threshold, {"threshold": threshold}, probabilities, **report)
-    has_scalars = layer.has_vertex_scalars and layer.vertex_scalars.any()
-    return replace(edit, notes=(*edit.notes, outliers.REPLACED_SCALARS)) if has_scalars else edit
+    more = (outliers.REPLACED_SCALARS,) if layer.has_vertex_scalars and layer.vertex_scalars.any() else ()
+    measured = {"largest_probability": float(probabilities.max()), "mean_probability": float(probabilities.mean())}
+    return _selection(probabilities > threshold, {"threshold": threshold}, *more, scalars=probabilities, **measured)
 
 
 @point_selection(name="Select Stray Points")
@@ -90,7 +90,10 @@ def compute_selection_by_stray_points_per_vertex(
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
-    return _selection(outliers.stray_points(layer.vertices, **options, progress=progress), options)
+    stray = outliers.stray_points(layer.vertices, **options, progress=progress)
+    copies = int(stray.sum()) - len(np.unique(layer.vertices[stray], axis=0))
+    advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
+    return _selection(stray, options, *([advice] if copies else []))
 
 
 @point_selection(name="Select Surplus Points")

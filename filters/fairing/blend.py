@@ -26,7 +26,6 @@ _PARALLEL = 0.7
 MOST_ADDED = 10_000_000
 #: The most spans (edges from one rim to the other) in the search for a band. Each takes a byte: 400 MB in all, and 3 s.
 MOST_SPANS = 400_000_000
-
 # The number of spans between two calls of `progress`.
 _SPANS_AT_A_TIME = 10_000_000
 

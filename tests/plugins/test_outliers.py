@@ -101,6 +101,18 @@ def test_the_declaration_mirrors_meshlabs() -> None:
     assert (neighbors.minimum, extent.minimum, threshold.minimum, threshold.maximum) == (1, 0.1, 0, 1)
 
 
+def test_copies_among_stray_points_are_told() -> None:
+    """Of a sheet whose points are there five times each nearly all pass for clumps, and a note says why; without copies none."""
+    sheet = np.stack(np.meshgrid(np.arange(30.0), np.arange(30.0), [0.0]), axis=-1).reshape(-1, 3)
+    for times, lines in ((5, 2), (1, 0)):
+        meshes, notes = MeshSet(), list[str]()
+        meshes.on_note = notes.append
+        meshes.add_mesh(pymeshlab.Mesh(np.repeat(sheet + 0.1 * np.random.default_rng(0).normal(size=sheet.shape), times, axis=0)))
+        meshes.compute_selection_by_stray_points_per_vertex()
+        assert len(notes) == lines
+        assert all("remove duplicate vertices first" in note for note in notes[1:])
+
+
 def test_stray_points_of_a_mesh_are_refused_where_clouds_are_meant() -> None:
     """With `clouds_only` a mesh is refused and recipes for it are named; without, its faces play no part."""
     vertices, faces = icosphere(3)
