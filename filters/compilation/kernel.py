@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from queue import SimpleQueue
 from types import CodeType, FunctionType, ModuleType
@@ -273,9 +273,10 @@ _listeners: list[Callable[[Compilation], None]] = []
 _so_far = [Compilation()]
 
 
-def on_compilation(listener: Callable[[Compilation], None]) -> None:
-    """Calls the listener before and after each compilation that a call of a kernel waits for."""
+def on_compilation(listener: Callable[[Compilation], None]) -> Callable[[], None]:
+    """Calls the listener before and after each compilation that a call of a kernel waits for, until the result is called."""
     _listeners.append(listener)
+    return partial(_listeners.remove, listener)
 
 
 @contextmanager

@@ -29,7 +29,7 @@ from pymeshfair.filters.compilation import (
     machine_code,
     processor,
 )
-from pymeshfair.filters.compilation.compiler import Compiler, numba_type
+from pymeshfair.filters.compilation.compiler import COMPILER, Compiler, numba_type
 from pymeshfair.filters.compilation.kernel import fingerprint, from_json
 
 PROJECT = Path(__file__).parents[2]
@@ -298,6 +298,22 @@ def test_an_interrupted_compilation_does_not_answer_the_next_one(monkeypatch: py
         assert second in compiler.compile(module, second, listed[second][0]).function
     finally:
         compiler.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+def test_a_fork_has_a_compiler_process_of_its_own() -> None:
+    """Else a fork, as of `multiprocessing`, could take the machine code that its parent or another fork asked for."""
+    module, (name, signatures) = (
+        "pymeshfair.filters.geometry",
+        next(iter(listed_signatures()["pymeshfair.filters.geometry"].items())),
+    )
+    COMPILER.compile(module, name, signatures[0])
+    assert "_process" in vars(COMPILER)
+    fork = os.fork()
+    if fork == 0:
+        os._exit("_process" in vars(COMPILER))
+    assert os.waitpid(fork, 0)[1] == 0
+    assert name in COMPILER.compile(module, name, signatures[0]).function
 
 
 @pytest.mark.slow

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import errno
+import gc
 import json
 import pickle
 import shutil
 import tempfile
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ from pymeshfair.files.formats import ATTRIBUTES, READABLE, UNCHECKED, WRITABLE, 
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
 from pymeshfair.files.provenance import sha256_of
+from pymeshfair.filters.compilation import kernel
 from pymeshfair.recipe import Recipe, load_recipe
 from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
@@ -578,3 +581,18 @@ def test_an_unexpected_error_of_a_filter_is_told_with_its_kind(tmp_path: Path, r
     with pytest.raises(StepFailedError) as caught:
         Session(job, tmp_path, lambda event: None).run()
     assert caught.value.reason == told
+
+
+def test_a_process_keeps_nothing_of_a_run(tmp_path: Path) -> None:
+    """The meshes of a run that is over are freed at once, so that a worker does not grow from run to run."""
+    (tmp_path / "stage" / "new").mkdir(parents=True)
+    session = Session(Job(recipe_of(SMOOTH), BONE, tmp_path / "a.ply"), tmp_path / "stage", lambda event: None)
+    document = weakref.ref(session._document)
+    gc.disable()
+    try:
+        session.run()
+        del session
+        assert document() is None
+    finally:
+        gc.enable()
+    assert not kernel._listeners

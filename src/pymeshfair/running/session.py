@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
+from weakref import proxy
 
 import numpy as np
 
@@ -91,14 +92,23 @@ class Session:
         self.warnings: list[str] = []
         self._job, self._stage, self._event = job, stage, on_event
         self._steps = job.recipe.script.steps
-        self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
+        this = proxy(self)  # so that no cycle of references keeps the meshes of a run that is over
+        self._document = Document(
+            stage / "meshlab", on_progress=lambda share: this._progress(share), on_note=lambda text: this._note(text)
+        )
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
         self._notes: list[str] = []
         self._unit: str | None = None
 
     def run(self) -> Report:
-        on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
+        forget = on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
+        try:
+            return self._run()
+        finally:
+            forget()
+
+    def _run(self) -> Report:
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
