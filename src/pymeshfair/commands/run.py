@@ -175,10 +175,10 @@ def demo(
         say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
         carry_out(job, lambda show: run_job(job, show, workers=workers), json=json)
-    copy, smoother = (quote(str(folder / name)) for name in ("face.ply", "smoother.ply"))
+    copy, again, page = (quote(str(folder / name)) for name in ("face.ply", "again.ply", "again.html"))
     say(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
-        f"  pymeshfair run {_RECIPE} {copy} -o {smoother} --set detail_size=10edge\n"
+        f"  pymeshfair run {_RECIPE} {copy} -o {again} --report {page}\n"
         f"  pymeshfair list recipes",
         err=True,
     )
