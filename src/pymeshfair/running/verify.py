@@ -1,6 +1,5 @@
 """Repeats a run from its provenance, and compares the outputs."""
 
-import contextlib
 import hashlib
 import os
 import re
@@ -97,20 +96,14 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
         return Verification("output changed", changed)
     read = [record["input"], *record["input"].get("others", ())]
     entries = [*read, *(side for entry in read for side in entry.get("side_files", ()))]
-    paths, there = [Path(entry["path"]) for entry in entries], ""
-
-    def moved(path: Path) -> Path:
-        """Where a file is if it was moved or copied together with the output."""
-        with contextlib.suppress(ValueError):  # it was on another drive
-            return Path(os.path.normpath(output.parent / os.path.relpath(path, Path(record["output"]["path"]).parent)))
-        return path
-
-    if not all(map(Path.is_file, paths)) and all(moved(path).is_file() for path in paths):
-        paths = list(map(moved, paths))
-        there = f"the input is {paths[0]}, which was moved or copied together with the output"
+    paths, was, there = [Path(entry["path"]) for entry in entries], Path(record["output"]["path"]).parent, ""
+    if not all(map(Path.is_file, paths)):
+        together = [Path(os.path.normpath(output.parent / os.path.relpath(path, was))) for path in paths]
+        if all(map(Path.is_file, together)):
+            paths, there = together, f"the input is {together[0]}, which was moved or copied together with the output"
     if changed := tuple(_changed(paths, entries)):
         return Verification("input changed", changed)
-    recipe, differs, source_of_recipe = _recipe(record["recipe"], moved)
+    recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
         return Verification("recipe changed", (differs,))
     now, options = versions(), record.get("options", {})
@@ -155,7 +148,7 @@ def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Ite
             yield f"{path} is not what it was (its SHA-256 is different)"
 
 
-def _recipe(entry: Mapping[str, Any], moved: Callable[[Path], Path]) -> tuple[Recipe, str, str]:
+def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     """The recipe in a record; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
@@ -168,9 +161,8 @@ def _recipe(entry: Mapping[str, Any], moved: Callable[[Path], Path]) -> tuple[Re
     # The file may be of an installation that is not on this computer.
     may_be_shipped = not file.is_file() and file.parent.name in ("mlx_scripts", "superseded")
     is_ours = shipped is not None and (file == shipped.script.path or may_be_shipped)
-    file = next(filter(Path.is_file, (file, moved(file))), file)
     if not is_ours and not file.is_file():
-        return recipe, f"the recipe's file {file} is not there any more", ""
+        return recipe, f"the recipe's file {file} is not there any more: --recorded takes the one in the provenance", ""
     try:
         now = (shipped if is_ours and shipped else load_recipe(file, upgrade=True)).override(tuple(entry["overrides"])).text
     except PymeshfairError as error:
