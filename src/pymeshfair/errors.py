@@ -158,7 +158,7 @@ class RunTimeout(PlacedError):  # noqa: N818 - says what happened
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
         given = f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
-        unusual = f"{seconds:g} s, far longer than files of its size take to read; it is probably damaged"
+        unusual = f"{seconds:g} s, ten times as long as files of its size may take to read; it is probably damaged"
         super().__init__(place, f"stopped after {given if is_given else unusual}")
         self.seconds = seconds
 

@@ -147,8 +147,8 @@ def _plain(type_: str) -> str:
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Sequence[str] | None = None) -> bytes:
     """Returns the header with only `elements`, their properties in the given order, and `textures` in place of its own."""
-    missing, named = {e.name: e for e in elements}, len(header.textures)
-    names, further = (list(header.textures), []) if textures is None else (list(textures[:named]), textures[named:])
+    missing, textures = {e.name: e for e in elements}, header.textures if textures is None else textures
+    names, further = list(textures[: len(header.textures)]), textures[len(header.textures) :]
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
     end = "\n"
     lines: list[str] = []
@@ -158,7 +158,7 @@ def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Se
         if words[:1] in (["element"], ["end_header"]):
             lines += [_declaration(p) + end for p in undeclared.values()]
             lines += [f"comment TextureFile {name}{end}" for name in further]
-            undeclared, further = {}, []
+            undeclared, further = {}, ()
         match words:
             case ["end_header"]:
                 break
