@@ -93,8 +93,9 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
     Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
-    their values. Returns the parameters in use, the kind and level of the noise, the trials, the drift (the mean displacement in
-    mean edges), and how many faces look away from the faces around them, before and after.
+    their values. If all parameters of the normal filter and the vertex update are given, 'auto' means 'keep' for outliers and
+    rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, the trials, the drift (the
+    mean displacement in mean edges), and how many faces look away from the faces around them, before and after.
 
     Args:
         vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.
@@ -103,11 +104,11 @@ def apply_coord_normal_filtering(
         vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake' to the
             mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations of normals.
         outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace' first
-            moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if the parameters of normal filtering are set.
+            moves them to predicted places, 'only' moves them alone.
         rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise, 'undo'
-            first moves them to a smoother surface within half a rounding step. 'auto': see outliers.
+            first moves them to a smoother surface within half a rounding step.
         relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that turns
-            faces over, but round the edges, which the filter sharpens again. 'auto': 0 if those of normal filtering are set.
+            faces over, but round the edges, which the filter sharpens again.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out vertices,
             each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.

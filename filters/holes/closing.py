@@ -369,7 +369,7 @@ def remesh_region(
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():
             raise FilterInputError(f"the region cannot be remade: {open_rim.message}; select one ring more, or one ring less")
-    # Removed triangles that are linked by edges must leave one hole: closing two rims of it would cut a body or a handle in two.
+    # Each connected part of the removed triangles must leave one hole: two closed holes would cut a body or a handle in two.
     pairs, count = face_adjacency(triangles[gone])[0], int(gone.sum())
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
     if len(filling.closed) > sparse.csgraph.connected_components(links, directed=False)[0]:

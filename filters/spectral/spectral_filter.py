@@ -109,7 +109,7 @@ def spectral_filter(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
-        ConvergenceError: modes cannot be computed.
+        ConvergenceError: modes or solutions of linear systems cannot be computed.
     """
     points, triangles = check_mesh(vertices, faces)
     check_choice("response", response, ResponseName)

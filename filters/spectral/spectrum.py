@@ -86,6 +86,7 @@ def spectrum(
 
     Raises:
         FilterInputError: not a mesh, no triangle with an area, a parameter out of range.
+        ConvergenceError: eigenvalues cannot be computed.
     """
     points, triangles = check_mesh(vertices, faces)
     check_whole_number("modes", modes, least=0)

@@ -222,10 +222,9 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the rim vertex nearest to each added vertex, (b,) a donor at the rim vertex nearest to each added centroid.
 
-    The rim is where old faces meet added ones. Donors are the old faces in the (m,) mask `may_donate`. A patch of connected added
-    faces gets the one of the (m,) `textures` whose donors share the most vertices with it. Its rim has only vertices where such
-    donors meet patches that get this texture; without any, as for a vertex without faces, all vertices of donors are its rim.
-    `old` counts old points.
+    Donors are the old faces in the (m,) mask `may_donate`. A patch, connected added faces, gets the one of the (m,) `textures`
+    whose donors share the most vertices with it. The rim of a texture: the vertices that its donors share with the patches that
+    get it. A patch or an added vertex that touches no donor may take any vertex of a donor. `old` counts old points.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)

@@ -1082,8 +1082,9 @@ class FilterMethods(metaclass=LateMethods):
         """Removes noise and keeps edges: filters the face normals robustly, then moves the vertices to fit the filtered normals.
 
         Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
-        their values. Returns the parameters in use, the kind and level of the noise, the trials, the drift (the mean
-        displacement in mean edges), and how many faces look away from the faces around them, before and after.
+        their values. If all parameters of the normal filter and the vertex update are given, 'auto' means 'keep' for outliers
+        and rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, the trials, the
+        drift (the mean displacement in mean edges), and how many faces look away from the faces around them, before and after.
 
         Args:
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
@@ -1113,13 +1114,12 @@ class FilterMethods(metaclass=LateMethods):
             vertex_update: How vertices follow: 'sun' to the mean of their projections onto the planes of their faces, 'ohtake'
                 to the mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations of normals.
             outliers: Vertices far from the surface, such as stray measurements: 'keep' filters them like the others, 'replace'
-                first moves them to predicted places, 'only' moves them alone. 'auto': 'keep' if the parameters of normal
-                filtering are set.
+                first moves them to predicted places, 'only' moves them alone.
             rounding: Rounded coordinates, all or along one axis, such as depths of a camera: 'keep' filters them like noise,
-                'undo' first moves them to a smoother surface within half a rounding step. 'auto': see outliers.
+                'undo' first moves them to a smoother surface within half a rounding step.
             relaxation: The number of pairs of Taubin steps, 0.5 and -0.53, before the filter. More pairs reduce noise that
-                turns faces over, but round the edges, which the filter sharpens again. 'auto': 0 if those of normal filtering
-                are set. Takes a whole number from 0 to 10000, or 'auto'.
+                turns faces over, but round the edges, which the filter sharpens again. Takes a whole number from 0 to 10000, or
+                'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
             choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
