@@ -112,8 +112,8 @@ def apply_coord_normal_filtering(
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out vertices,
             each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.
-        border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline stays;
-            'free' move like any other vertex.
+        border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, and in Taubin steps along the
+            surface as far as other vertices do, so that the outline stays; 'free' move like any other vertex.
     """
     set_values = _not_automatic(
         **asdict(normals),

@@ -127,7 +127,7 @@ def setting_by_balls(
 
 
 def shared_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> float:
-    """Returns the standard deviation of shared noise along the normals, or of rounding along its axis; 0 without either.
+    """Returns the standard deviation of shared noise along the normals, or of rounding along its axis; 0 in doubt.
 
     (n, 3) `points` have a mean edge of 1, `faces` are (m, 3) triangles, `noise` comes from `estimate_noise`.
     """

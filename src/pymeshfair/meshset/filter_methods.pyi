@@ -1127,8 +1127,8 @@ class FilterMethods(metaclass=LateMethods):
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out
                 vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
                 replaces an 'auto'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' move only along the normal, so that the outline
-                stays; 'free' move like any other vertex.
+            border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, and in Taubin steps along
+                the surface as far as other vertices do, so that the outline stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -5823,8 +5823,8 @@ class FilterMethods(metaclass=LateMethods):
                 their sheet. Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
-                follows noise there; 'none' leaves them flat. Degenerate triangles may need a lower energy (earlier in this
-                list, or 'none'); notes say so.
+                follows noise there; 'none' leaves them on flat triangles. Degenerate triangles may need a lower energy (earlier
+                in this list, or 'none'); notes say so.
             refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices,
                 and nothing is faired.
             rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges

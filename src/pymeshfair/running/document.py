@@ -41,7 +41,7 @@ class State(NamedTuple):
     visible: Mapping[int, bool]  # whether each layer is visible, by id
     current_id: int | None  # id of the current layer; None without layers
     next_id: int  # id of the next layer that is added
-    losses: Sequence[str]  # contents that MeshLab could not take, one text each
+    losses: Sequence[str]  # what MeshLab could not take, or the output cannot hold, one text each
 
 
 class Document:
