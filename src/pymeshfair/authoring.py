@@ -61,8 +61,8 @@ class Recipe(FilterMethods):
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Appends a filter, by its Python name or its name in MeshLab's menus, as a step; returns {}, since nothing runs yet.
 
-        Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` of the diagonal,
-        ``"0.5edge"`` mean edges, ``"0.3"`` mesh units, or pymeshlab's ``PureValue``; filters that are not MeshLab's also take
+        Keywords are the Python names of parameters; values may be results of `setting`. Lengths are ``"1%"`` (of the diagonal),
+        ``"0.5edge"`` (mean edges), ``"0.3"`` (mesh units) or pymeshlab's ``PureValue``; filters that are not MeshLab's also take
         ``PercentageValue``.
         Raises `UnknownNameError` for a wrong name, `ParameterError` for a wrong value.
         """

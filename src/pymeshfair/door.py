@@ -200,7 +200,7 @@ class Door:
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
         if keeps_normals or has_point_normals:
             normals = read_array(mesh, "vertex_normals")
-            if (keeps_normals or normals.any()) and not np.isnan(normals).all():  # as MeshLab makes them by a mirror
+            if (keeps_normals or normals.any()) and not np.isnan(normals).all():  # a mirror by MeshLab makes all normals NaN
                 vertex["normals"] = _unit(normals, before.vertex_attributes.get("normals"), of_vertices)
         vertex |= attributes_of(mesh, "vertex")
         wedges = wedges_of(mesh)
@@ -314,7 +314,7 @@ def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.in
     of_faces = _first_equal(np.sort(of_vertices[faces], axis=1), np.sort(first[sent.faces], axis=1))
     new, old = faces[of_faces >= 0], sent.faces[of_faces[of_faces >= 0]]
     order, place = np.argsort(of_vertices[new], axis=1), np.argsort(first[old], axis=1)
-    # Several sent vertices may have equal coordinates: a vertex gets the number of the one in the sent face at its place.
+    # If sent vertices coincide, a vertex gets the number of the one that its sent face uses.
     of_vertices[np.take_along_axis(new, order, 1)] = np.take_along_axis(old, place, 1)
     return of_vertices, of_faces
 

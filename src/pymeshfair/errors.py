@@ -78,7 +78,7 @@ class MeshError(PymeshfairError):
 
 
 class RunError(PymeshfairError):
-    """A run failed and wrote no output; existing files are untouched, but for maps of an earlier `GuardBroken`."""
+    """A run failed and wrote no output; existing files are untouched, but `GuardBroken` may replace a map."""
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,11 @@ def distance_unit(area_change: float | None) -> str:
 
 
 def without_folders(value: Any, folders: Collection[Path]) -> Any:
-    """A text, or a document with texts, without these folders before names: pages are sent to others."""
+    """A text, or a document with texts; these folders are removed from paths in it, since pages are sent to others."""
     if isinstance(value, Mapping):
         return {name: without_folders(part, folders) for name, part in value.items()}
     if isinstance(value, list | tuple):
         return [without_folders(part, folders) for part in value]
-    for folder in folders if isinstance(value, str) else ():
+    for folder in sorted(folders, key=lambda folder: -len(folder.parts)) if isinstance(value, str) else ():
         value = re.sub(rf"(?<!\w){re.escape(str(folder))}{re.escape(os.sep)}", "", value) if folder.name else value
     return value

@@ -229,7 +229,7 @@ def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArr
 
 
 def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, dict[str, Array], list[str]]:
-    """Returns the triangles, the edges (faces of two vertices), attributes of triangles, and the names of other contents."""
+    """Returns the triangles, the edges (faces of two vertices), attributes of triangles, and the names of unread contents."""
     lengths, first = tokens.lengths[lines], tokens.first[lines]
     declared = tokens.values[first]
     whole = (tokens.kinds[first] == INTEGER) & (declared >= 2) & (declared <= lengths - 1)

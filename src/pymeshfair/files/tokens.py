@@ -215,7 +215,7 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
 
 
 def joined(data: bytes) -> bytes:
-    """Joins lines that end in a backslash to the next, by as many blanks; a byte order mark becomes blanks, too."""
+    """Replaces each byte of a byte order mark, and of a backslash with its line end, by a blank: this joins lines."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment such as `# from C:\scans\` is not joined

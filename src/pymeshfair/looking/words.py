@@ -41,7 +41,7 @@ _POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "n
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
-    """Returns rows: a measure, and its value for each mesh. A measure that clouds or runs by tiles do not have has no row."""
+    """Returns rows: a measure, and its value for each mesh. Unknown measures of clouds and of runs by tiles have no row."""
     powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     incomplete = all(measures.get("faces") == 0 or measures.get("area") is None for measures in columns.values())

@@ -224,7 +224,7 @@ def _find_donors(
 
     Donors are the old faces in the (m,) mask `may_donate`. A patch, connected added faces, gets the one of the (m,) `textures`
     whose donors share the most vertices with it. The rim of a texture: the vertices that its donors share with the patches that
-    get it. A patch or an added vertex that touches no donor may take any vertex of a donor. `old` counts old points.
+    get it. A patch that touches no donor, or a vertex without faces, may take any vertex of a donor. `old` counts old points.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)

@@ -53,7 +53,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeshData:
-    """A mesh: n vertices, m triangles, e edges of polylines. Its arrays are read-only.
+    """A mesh: n vertices, m triangles, e edges of polylines. Coordinates, faces, edges and attributes are read-only.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -134,7 +134,7 @@ class MeshData:
         return document if isinstance(document, kind) else None
 
     def without_matrix(self) -> MeshData:
-        """Applies the matrix, if any, to coordinates and vertex normals, and removes stored face normals."""
+        """If there is a matrix, applies it to coordinates and vertex normals, and removes stored face normals."""
         if self.matrix is None:
             return self
         turn, normals = self.matrix[:3, :3], self.vertex_attributes.get("normals")

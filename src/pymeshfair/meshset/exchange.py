@@ -298,7 +298,8 @@ def _of_pyvista(mesh: Any) -> Arrays:
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
     surface = mesh
-    if (others := mesh.n_lines + mesh.n_verts) and not mesh.n_strips:  # VTK mixes their values, which come first, with triangles'
+    # VTK's triangulation mixes up the values of faces and those of line and point cells, which come first.
+    if (others := mesh.n_lines + mesh.n_verts) and not mesh.n_strips:
         surface = type(mesh)(mesh.points, faces=mesh.faces)
         surface.cell_data.update({name: values[others:] for name, values in mesh.cell_data.items()})
     surface = surface.triangulate()
@@ -306,7 +307,8 @@ def _of_pyvista(mesh: Any) -> Arrays:
     of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
     arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces) > 0}
     if others and of_cells:
-        arrays.lost.append(f"values of line and point cells are not taken: {', '.join(sorted(of_cells))}")
+        faces = "" if arrays.of_faces else "face, "
+        arrays.lost.append(f"values of {faces}line and point cells are not taken: {', '.join(sorted(of_cells))}")
     uv = mesh.active_texture_coordinates
     if uv is not None:
         arrays.uv = _numbers(uv)

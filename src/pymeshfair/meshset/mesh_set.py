@@ -95,7 +95,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         return self._filters.values(filter_name, kwargs)
 
     def load_filter_script(self, filter_script_name: str) -> None:
-        """Replaces the current filter script by that of an .mlx file, or keeps it and raises `ScriptError` with its problems."""
+        """Replaces the current filter script by that of an .mlx file; `ScriptError` names the problems of the file."""
         self._script = filter_runner.ScriptLog.of(filter_script_name)
 
     def apply_filter_script(self) -> None:

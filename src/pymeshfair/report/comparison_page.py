@@ -120,7 +120,7 @@ def run_page(record: Mapping[str, Any], input: ReadMesh, output: ReadMesh, *, up
     """Returns the report of a run as the bytes of an HTML file; `record` is the provenance document."""
     paths = map(Path, (*map(json.loads, _PATH.findall(json.dumps(record))), *record["run"]["command"]))
     folders = {Path.cwd(), *(path.parent for path in paths if path.is_absolute())}
-    record = without_folders(record, sorted(folders, key=lambda folder: -len(folder.parts)))
+    record = without_folders(record, folders)
     compared = compare(state_of(input), state_of(output))
     comparison = replace(compared.comparison, displacement=None)  # the record has the exact one; the file has rounded coordinates
     change, unit = record["measures"]["change"] or {}, record["measures"]["unit"]

@@ -74,7 +74,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 
 def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[str, ...]]:
-    """Returns the script with the steps that are switched on and the page's values, and the changes as texts for `override`.
+    """Returns the switched-on steps of a script with the page's values, and the changes as texts to `override` the script.
 
     Values are texts by parameter name, as for `parse_value`; an empty text keeps the script's value, except for a `String`.
     Raises `ChoiceError` for a wrong value.
@@ -267,7 +267,7 @@ class Conversation:
         self._sending = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._finish_stopped = threading.Event()  # stops the run of `finish` at its next event
-        self._finishing = asyncio.Lock()  # the former run of `finish` may have to end first
+        self._finishing = asyncio.Lock()  # held by a run of `finish`; the next one waits for its end
         self._replaced = False
 
     async def serve_page(self) -> None:

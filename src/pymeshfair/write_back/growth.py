@@ -57,7 +57,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     target[: len(index_after_cut)] = index_after_cut
     target[faces[: len(old_faces)]] = old_faces
-    # New vertices are made by subdivision: vertices made by cutting have higher indices, and merging keeps the lowest index.
+    # New vertices come from subdivision: those of the second cut have higher indices, and merging keeps the lowest index.
     divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)

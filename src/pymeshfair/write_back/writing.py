@@ -91,7 +91,7 @@ def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tu
     """Applies a checked edit (`checked_edit`) to the current layer; returns sentences about losses for the user.
 
     Coordinates keep every bit except the sign of a zero. New coordinates of a mesh with faces change its normals, as
-    after any filter of MeshLab. New layers get the matrix. They are added at the end, and the first becomes the current layer.
+    after any filter of MeshLab. New layers get `matrix`. They are added at the end, and the first becomes the current layer.
 
     If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
