@@ -345,7 +345,7 @@ def _mark_looking_away(normals: Floats, faces: Ints, sums: Floats, away: Bools) 
         for d in range(3):
             product += normals[f, d] * (sums[a, d] + sums[b, d] + sums[c, d])
             square += normals[f, d] * normals[f, d]
-        away[f] = product < -1e-9 * square  # not < 0, since the normals of coincident, opposite faces cancel but for rounding
+        away[f] = product < -1e-9 * square  # not < 0: normals of coincident, opposite faces cancel only up to rounding
 
 
 class WalkableSurface(NamedTuple):

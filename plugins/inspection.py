@@ -136,8 +136,8 @@ def compute_scalar_by_displacement_per_vertex(
     Args:
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.
         correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference;
-            'auto' takes 'vertex' if the two layers have as many vertices, and the same faces.
-        signed: Values are negative on the inner side of the reference; for 'vertex' the components along its normals, if any.
+            'auto' takes 'vertex' if both layers have equally many vertices, and the same faces, at least one.
+        signed: Values are negative on the inner side of the reference; for 'vertex' they are components along its normals.
     """
     other = layer.other(reference)
     points, faces = other.vertices, other.faces

@@ -102,10 +102,9 @@ def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, 
     """The report on each trial of a choice: the label, as values by name, the scores, and whether it was chosen."""
     if choice is None:
         return []
-    scores = ("error", "excess", "uncertainty")
     return [
-        {**labelled(trial.label), **{name: getattr(trial, name) for name in scores}, "chosen": trial == choice.chosen}
-        for trial in choice.trials
+        {**labelled(t.label), "error": t.error, "excess": t.excess, "uncertainty": t.uncertainty, "chosen": t == choice.chosen}
+        for t in choice.trials
     ]
 
 

@@ -127,5 +127,5 @@ def main() -> None:
 
 
 COMPILER = Compiler()
-if hasattr(os, "register_at_fork"):  # else forks would take each other's answers
+if hasattr(os, "register_at_fork"):  # a forked process must not read the answers to its parent
     os.register_at_fork(after_in_child=lambda: COMPILER.__dict__.pop("_process", None))

@@ -274,7 +274,7 @@ _so_far = [Compilation()]
 
 
 def on_compilation(listener: Callable[[Compilation], None]) -> Callable[[], None]:
-    """Calls the listener before and after each compilation that a call of a kernel waits for, until the result is called."""
+    """Calls the listener before and after each compilation that a kernel's call waits for; the returned function ends this."""
     _listeners.append(listener)
     return partial(_listeners.remove, listener)
 

@@ -72,7 +72,7 @@ def setting_of_rounded(
 def setting_of_shared(
     mesh: NormalisedMesh, noise: NoiseEstimate, *, border: BorderPolicy, progress: Progress = ignore_progress
 ) -> Choice[Setting] | None:
-    """Chooses the setting for noise that neighbours share; None without such noise, or if nothing is better than doing nothing.
+    """Chooses the setting for noise that neighbours share; None without such noise, or if no filter improves the mesh.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` is from `estimate_noise`.
     Fixed vertices do not count. If such noise is in doubt, the choice must halve the root mean square error of edge vectors.

@@ -182,7 +182,7 @@ class Scan:
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
         fits the surface. Held-out vertices start at `initial_positions`: on fitted quadrics or at means of neighbours.
-        With `by_means` they start at means, so that filters that move noise-free vertices predict worse. A result f deviates
+        With `by_means` they start at means, which favours settings that move only outliers. A result f deviates
         from a vertex y by n . (y - f). This hardly shows flipped faces, so the share of these faces counts, too, see `scores_of`.
         `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 

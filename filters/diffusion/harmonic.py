@@ -32,7 +32,7 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
         (n, k) float64. Fixed values, and those of components without a fixed vertex, keep every bit.
 
     Raises:
-        FilterInputError: the arrays do not fit, rows of `faces` that are no triangles, or another order.
+        FilterInputError: the arrays do not fit, `faces` are not (m, 3) vertex numbers, or another order.
     """
     if order not in (1, 2):
         raise FilterInputError(f"order is {order!r}: it must be 1 or 2")

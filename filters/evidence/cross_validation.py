@@ -30,7 +30,7 @@ class Trial(Generic[Label]):
     """One candidate and its score: the mean of its clipped squared deviations, see `scores_of`, or an expected squared error."""
 
     label: Label
-    error: float  # root of the score, in mean edges
+    error: float  # root of the score, all deviations clipped at one bound, in mean edges
     excess: float  # the score minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
@@ -51,7 +51,7 @@ class Choice(Generic[Label]):
 class Scores(NamedTuple):
     """The scores of k candidates: the numbers of `Trial` as (k,) arrays, and the index of the best candidate."""
 
-    errors: Floats  # from `scores_of` without `near`, so that they can be compared with noise levels
+    errors: Floats  # as if `scores_of` got no `near`, so that they can be compared with noise levels
     excess: Floats
     uncertainty: Floats
     best: int

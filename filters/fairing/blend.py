@@ -224,7 +224,7 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     along_low = np.roll(i, -1) != i
     lows, highs = low[i], high[j]
     first = np.where(along_low, np.roll(lows, -1), lows)
-    return np.asarray(np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))]))
+    return np.column_stack([first, np.where(along_low, lows, highs), np.where(along_low, highs, np.roll(highs, -1))])
 
 
 def _resampled(loop: Floats, count: int, shift: float) -> Floats:

@@ -34,7 +34,7 @@ class FairedRegion:
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
         free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
-        backward_error: see `SpdSystem.backward_error`, the residual computed in twice the precision; 0 if nothing was free.
+        backward_error: `SpdSystem.backward_error`, with the residual in twice the precision; 0 if nothing was free.
         last_correction: the largest change of a coordinate in the last correction of the solution, as a share of the
             diagonal of the region with its rings. Usually the error of a coordinate is smaller.
         refinements: the number of corrections.

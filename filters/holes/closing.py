@@ -115,7 +115,7 @@ def close_holes(
             closed.append(hole.vertices)
             with_islands.append(np.concatenate([np.empty(0, dtype=np.int32), *(rim.vertices for rim in inside)]))
         elif inside:
-            why = f" (together they have {edges:,} edges, more than {most:,})" if edges > most else ""
+            why = f" (the hole and its islands have {edges:,} edges, more than {most:,})" if edges > most else ""
             left_open += [left_open_as(hole, "island", ISLAND_IN_IT + why), *(left_open_as(rim, "island") for rim in inside)]
         else:
             left_open.append(left_open_as(hole, "no_triangulation"))

@@ -33,7 +33,7 @@ class Limits(NamedTuple):
 
 
 def robust_limits(values: Floats) -> Limits:
-    """Limits that leave out 1 % of the finite values at each end, or the extremes if these limits are equal; (0, 0) if none."""
+    """Limits that leave out 1 % of the finite values at each end, or the extremes if these are equal; (0, 0) without any."""
     halves = 0.5 * values[np.isfinite(values)]
     if not len(halves):
         return Limits(0.0, 0.0)

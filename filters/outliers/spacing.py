@@ -16,7 +16,7 @@ _NEIGHBOURS = 6
 #: A place is sparse if the median spacing at the nearest `_AROUND` points is over 1 / `_SHARE` times the spacing of the cloud.
 #: Borders and clouds of random points hardly ever have such a median.
 _AROUND, _SHARE = 20, 2.0 / 3.0
-#: what points are that a filter has found, by the parameter that is its limit
+#: descriptions of the points that a filter has found, by the name of its limiting parameter
 _KINDS = {
     "threshold": "outliers with a probability above {:g}",
     "smallest_part": "part of no surface: alone, in a haze, or in small clumps",
@@ -93,5 +93,5 @@ def surplus_points(points: ArrayLike, side: float) -> Bools:
 
 
 def found_words(count: int, total: int, values: Mapping[str, Any]) -> tuple[str, ...]:
-    """A sentence on `count` points of `total` that a filter with these parameters has found; none if there are none."""
+    """A sentence on `count` points of `total` that a filter with these parameters has found; none if `count` is 0."""
     return tuple(f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)

@@ -14,7 +14,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Longs, mask_of
 from .incidence import faces_by_edge, listed_edges, proper_faces
 
-#: Why a border cannot be followed at a vertex: a non-manifold edge ends there, or the orientation of its faces gives no order.
+#: Why a border cannot be followed at a vertex: a non-manifold edge ends there, or the faces there give the border no order.
 BreakReason: TypeAlias = Literal["non_manifold", "orientation"]
 
 

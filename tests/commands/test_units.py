@@ -191,7 +191,7 @@ def test_comparing_with_a_file_without_a_unit_says_what_is_assumed(sphere: Calla
         " ".join(invoke("compare", *files, "--no-self-intersections").stderr.split())
         for files in ((metres, silent), (silent, metres), (silent, silent), (metres, silent, "--unit", "m"))
     ]
-    words = "is in m, and the file of {} says no unit: the same one is assumed"
+    words = "is in m, and {} has no unit: the same one is assumed"
     assert told == [f"warning: BEFORE {words.format('AFTER')}", f"warning: AFTER {words.format('BEFORE')}", "", ""]
 
 
@@ -202,7 +202,7 @@ def test_a_unit_that_only_the_other_file_says_is_that_of_lengths(sphere: Callabl
     drawn = invoke("picture", silent, other, "-o", tmp_path / "a.png", "--color", "distance", "--limits=-1mm,1mm")
     for told, first, second in ((compared, "BEFORE", "AFTER"), (drawn, silent.absolute(), other.absolute())):
         assert told.exit_code == 0, told.stderr
-        words = f"warning: {second} is in cm, and the file of {first} says no unit: the same one is assumed"
+        words = f"warning: {second} is in cm, and {first} has no unit: the same one is assumed"
         assert " ".join(told.stderr.split()) == words
     assert "lie within 0.1 cm" in compared.stdout
 

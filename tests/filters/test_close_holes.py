@@ -410,7 +410,7 @@ def test_a_hole_with_more_edges_than_can_be_joined_says_so(monkeypatch: pytest.M
     edges = sum(len(rim.vertices) for rim in close_holes(*mesh, max_edges=3).left_open)
     monkeypatch.setattr("pymeshfair.filters.holes.closing.MOST_JOINED", 10)
     messages = [rim.message for rim in close_holes(*mesh, max_edges=edges - 1).left_open]
-    assert sum(f"(together they have {edges} edges, more than {edges - 1})" in message for message in messages) == 1
+    assert sum(f"(the hole and its islands have {edges} edges, more than {edges - 1})" in message for message in messages) == 1
 
 
 @pytest.mark.parametrize("way", ["seam", "island"])

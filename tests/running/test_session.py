@@ -369,7 +369,7 @@ def test_layers_and_matrices_are_not_lost_in_silence(tmp_path: Path) -> None:
     np.testing.assert_allclose(moved, np.tile([1.0, 0, 0], (1872, 1)), atol=1e-12)
 
 
-@pytest.mark.parametrize(("freeze", "words"), [(False, "turns the faces to the other side"), (True, "is inside out")])
+@pytest.mark.parametrize(("freeze", "words"), [(False, "turned the faces over, as it mirrors"), (True, "is inside out")])
 def test_a_mirror_that_turns_faces_over_is_named(tmp_path: Path, *, freeze: bool, words: str) -> None:
     """A matrix that mirrors turns the faces over, whether it stays on the layer or a step applies it."""
     (tmp_path / "in.ply").write_bytes(ply_bytes(xyz(TETRAHEDRON[0])))
@@ -381,7 +381,7 @@ def test_a_matrix_that_mirrors_is_said_to_turn_the_faces(tmp_path: Path) -> None
     """The warning about an applied matrix says that faces change their side, and the filter that it names turns them back."""
     mirror: Given = ("set_matrix", {"transformmatrix": np.diag([-1.0, 1, 1, 1]), "freeze": False})
     warnings = session_report(BONE, tmp_path / "a.ply", mirror)["warnings"]
-    assert warnings[0].endswith(" and turns the faces to the other side: Invert Faces Orientation turns them back")
+    assert warnings[0].endswith(" and turned the faces over, as it mirrors: Invert Faces Orientation turns them back")
     report = session_report(BONE, tmp_path / "b.ply", mirror, ("meshing_invert_face_orientation", {"forceflip": True}))
     assert report["after"]["volume"] > 0.0
 

@@ -93,7 +93,7 @@ def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
     words = {
         "broken": "were written although they break a limit",
-        "resumed": "of all outputs were written by an earlier batch",
+        "resumed": "of all outputs are from an earlier run",
         "failed": "failed",
         "left": "were not started",
     }

@@ -98,7 +98,7 @@ class RunOptions:
         str | None,
         Option(
             metavar="watertight,manifold,oriented,outward,printable,components=N,genus=N",
-            help="Fail unless OUTPUT is so; only closed parts are tested for outward.",
+            help="Fail unless OUTPUT is so; outward is tested only if OUTPUT is closed.",
         ),
     ] = None
     keep_sharp: Annotated[str | None, Option(metavar="PERCENT", help="Fail if less of the sharp edges is kept: 95%.")] = None
@@ -187,12 +187,12 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The unit of the first of several files, by their names: the typed one, its own or, with warnings, that of another file."""
+    """The typed unit, or that of the first file that has one and a warning for each other file, by its name, that has none."""
     from ..declaration.parameters import unit_of_scan
 
-    unit, (known, other) = unit_of_scan(typed, next(iter(units.values()))), next((u for u in units.items() if u[1]), ("", None))
-    silent = [] if typed or not other else [name for name in units if not units[name]]
-    return unit or other, [f"{known} is in {other}, and the file of {s} says no unit: the same one is assumed" for s in silent]
+    known, other = next((u for u in units.items() if u[1]), ("", None))
+    silent = [name for name in units if not units[name]] if other and not typed else []
+    return unit_of_scan(typed, other), [f"{known} is in {other}, and {s} has no unit: the same one is assumed" for s in silent]
 
 
 def lengths_in_mesh_units(

@@ -3049,9 +3049,8 @@ class FilterMethods(metaclass=LateMethods):
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
                 layer (a whole number).
             correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
-                reference; 'auto' takes 'vertex' if the two layers have as many vertices, and the same faces.
-            signed: Values are negative on the inner side of the reference; for 'vertex' the components along its normals, if
-                any.
+                reference; 'auto' takes 'vertex' if both layers have equally many vertices, and the same faces, at least one.
+            signed: Values are negative on the inner side of the reference; for 'vertex' they are components along its normals.
             color: Also colour the mesh by the scalar, which replaces its colours.
 
         Returns:

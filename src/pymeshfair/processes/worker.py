@@ -29,7 +29,7 @@ from ..garbage import collect_seldom
 from ..operating_system import this_system
 
 _WORDS = "MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment"
-#: how Python and the libraries say that memory ran out; not a part of a path, as in "memoryerror.ply"
+#: how Python and the libraries say that memory ran out; not beside a slash or before an extension, as in "memoryerror.ply"
 LACK = re.compile(rf"(?<![/\\])({_WORDS})(?![/\\]|\.\w)", re.I)
 #: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"

@@ -22,7 +22,7 @@ from ..scripts.script import Step
 if TYPE_CHECKING:
     from ..door import Door
 
-#: MeshLab's filters after which elements have lost their numbers: each runs in a new `Door`, which then finds them by coordinates
+#: MeshLab's filters after which elements have lost their numbers: each runs in a new `Door`, which finds numbers by coordinates
 _COPIES = frozenset({"meshing_repair_non_manifold_edges"})
 #: MeshLab's filters that make quads, and what becomes of them
 _MAKE_QUADS = {

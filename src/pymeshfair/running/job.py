@@ -47,7 +47,7 @@ class Job:
     map_tolerance: Length | None = None  # in the map, a vertex counts as kept if it moved by at most this length; None: 0
     #: prefix the names of textures with the output's name, so that parallel runs into one folder do not collide
     own_texture_names: bool = False
-    warnings: tuple[str, ...] = ()  # further warnings from before the work
+    warnings: tuple[str, ...] = ()  # warnings from before the work, besides those of the recipe
     measures: bool = True  # measure the mesh before and after, which limits and comparison need
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
@@ -58,7 +58,7 @@ class Job:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options for the record, which `verify` needs; defaults are left out."""
+        """The options for the record, which `verify` and a resumed batch read; defaults are left out."""
         options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(self, name)}
         options |= {} if self.measures else {"no_measures": True}
         return options | ({} if self.unit is None else {"unit": self.unit})

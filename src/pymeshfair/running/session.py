@@ -63,7 +63,7 @@ class RunCache:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
     def measured(self, asked: object, measure: Callable[[], _Measured]) -> _Measured:
-        """The `_Measured` of the mesh; calls `measure` the first time, and if `asked` has changed since."""
+        """The `_Measured` of the mesh; calls `measure` the first time, and if `asked`, on which it depends, changes."""
         if self._measured is None or self._measured[0] != asked:
             self._measured = asked, measure()
         return self._measured[1]
@@ -145,7 +145,7 @@ class Session:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
             mirrors = len(result.faces) and np.linalg.det(result.matrix[:3, :3]) < 0.0
-            turned = ", and turns the faces to the other side: Invert Faces Orientation turns them back" if mirrors else ""
+            turned = ", and turned the faces over, as it mirrors: Invert Faces Orientation turns them back" if mirrors else ""
             self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{turned}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")

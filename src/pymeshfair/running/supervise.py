@@ -37,7 +37,7 @@ _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
 _TAIL_LINES = 60  # how many of the last lines on stderr an error shows
-#: the time limit until the first step, without compilation: seconds + bytes of files / rate, ten times that of the slowest format
+#: the time limit until the first step, without compilation: seconds + bytes of files / rate; the slowest format needs a tenth
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 

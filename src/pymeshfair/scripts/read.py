@@ -164,7 +164,7 @@ class _Reader:
 
     def _document_type(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
         if system is not None or public is not None or has_subset:
-            self._fatal("has a document type with a subset; write <!DOCTYPE FilterScript> and nothing else")
+            self._fatal("has a document type with more than its name; write <!DOCTYPE FilterScript> and nothing else")
         if name != "FilterScript":
             self._problem(f"has the document type {shortened(name)!r}", "FilterScript")
 

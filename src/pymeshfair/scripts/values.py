@@ -75,7 +75,7 @@ def parsed(text: str) -> float | None:
 
 
 def number_text(number: float) -> str:
-    """The text with the fewest digits that reads back as the same number: 0.1, 10, 1e-05."""
+    """The text with the fewest significant digits that reads back as the same number: 0.1, 10, 1e-05."""
     return repr(float(number)).removesuffix(".0")
 
 
@@ -251,7 +251,7 @@ def check_expressions(declared: Filter, values: Mapping[str, Any]) -> None:
 
 
 def check_expression(filter_name: str, parameter: Parameter, text: Any) -> None:
-    """Raises `ParameterError` unless `evaluates` accepts the value of a parameter that is an expression."""
+    """Raises `ParameterError` if the value must be an expression and `evaluates` refuses it."""
     if isinstance(parameter, String) and is_expression(filter_name, parameter.xml_name) and not evaluates(text):
         raise ParameterError(
             f"parameter {parameter.name!r}: {shortened(text)!r} is no expression that MeshLab can evaluate: it knows "

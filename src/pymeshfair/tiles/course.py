@@ -188,7 +188,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of a step; yields a progress function, and a dict for values, "notes" and "lengths" in mesh units."""
+        """Sends the events of a step; yields a dict for values, "notes" and "lengths" in mesh units, and a progress function."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]

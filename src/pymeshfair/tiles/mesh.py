@@ -33,7 +33,7 @@ from .workers import Tasks
 _NO_FACES = np.empty((0, 3), np.int32)
 #: vertices in the sample on which settings are chosen, and cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
-#: vertices in a bucket if a step chooses its settings, so that the patches are the same with all sizes of tiles
+#: the most vertices of a bucket if a step chooses its settings, so that all sizes of tiles have the same patches
 _BUCKET = 1 << 16
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
@@ -185,7 +185,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks that move vertices of a mesh, each in the cells from `first` to before `last`. Each task can be repeated."""
+    """The tasks that move vertices of a mesh, in the cells from `first` to before `last` if given. Each can be repeated."""
 
     surface: Surface
     with_normals: bool = False  # whether `finish` writes normals, too
@@ -200,7 +200,7 @@ class MeshTiles:
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
 
     def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
-        """Returns all parameters of normal filtering, and notes; chooses on patches, or on a whole small mesh."""
+        """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
