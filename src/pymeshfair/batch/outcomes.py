@@ -229,9 +229,7 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
-        "input": outcome.input,
-        "output": outcome.output,
-        "status": outcome.status,
+        **{name: getattr(outcome, name) for name in ("input", "output", "status")},
         "seconds": round(outcome.seconds, 3),
         **sizes,
         "unit": outcome.unit,
@@ -288,23 +286,21 @@ class Summary:
 
     def document(self) -> dict[str, Any]:
         recipe = self.template.recipe
-        described: dict[str, Any] = plain(
-            {
-                "schema": SCHEMA,
-                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
-                "limits": self.template.all_guards.texts(),
-                "versions": versions(),
-                "started": self.started,
-                "finished": self.finished,
-                "seconds": round(self.seconds, 3),
-                "counts": self.counts,
-                "scans": [
-                    {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
-                    for outcome, name, far in self.rows
-                ],
-            }
-        )
-        return described
+        described = {
+            "schema": SCHEMA,
+            "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
+            "limits": self.template.all_guards.texts(),
+            "versions": versions(),
+            "started": self.started,
+            "finished": self.finished,
+            "seconds": round(self.seconds, 3),
+            "counts": self.counts,
+            "scans": [
+                {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
+                for outcome, name, far in self.rows
+            ],
+        }
+        return dict(plain(described))
 
     def write(self, folder: Path) -> tuple[Path, Path]:
         """Writes the JSON document and the CSV table; replaces the files of a former batch."""

@@ -22,7 +22,7 @@ from ..filters import denoising
 from ..filters.execution import ignore_progress, part_of
 from ..filters.geometry import vertex_normals_by_angle
 from ..filters.inspection import folded_faces
-from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, normalised_mesh
+from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, mask_of, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
@@ -71,9 +71,8 @@ class Surface:
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
         slots = np.memmap(self.slots.path, "<i4", "r+")
-        for first in range(0, cells.count, size):
-            last = min(first + size, cells.count)
-            slots[cells.numbers.read(first, last)] = np.arange(first, last)
+        for first, numbers in zip(range(0, cells.count, size), cells.numbers.slices(size), strict=True):
+            slots[numbers] = np.arange(first, first + len(numbers))
         starts, count = np.array(self.buckets), 0
         self.remove_unordered()  # a process that was killed here may have left files
         for corners in slices():
@@ -193,8 +192,7 @@ class MeshTiles:
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
         """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
         tile = tile_with_rings(self.surface, first, last, 1)
-        used = np.zeros(len(tile.vertices), np.bool_)
-        used[tile.faces[proper_faces(tile.faces)]] = True
+        used = mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices))
         points = tile.vertices[used & tile.inside]
         border = bool((border_vertices(tile.faces, len(used)) & tile.inside).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
