@@ -163,8 +163,7 @@ def look_at_plugins() -> Iterator[Finding]:
     for broken in broken_plugins():
         where = f"{broken.distribution}: {broken.entry_point}: {broken.reason}"
         remedy = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
-        advice = f"its filters are left out, all others work; {remedy} {broken.distribution}"
-        yield Finding("plugin", False, where, advice)
+        yield Finding("plugin", False, where, f"its filters are left out, all others work; {remedy} {broken.distribution}")
 
 
 def look_at_disk() -> Iterator[Finding]:

@@ -51,8 +51,7 @@ class Origins:
         old = self.vertices >= 0
         distances[old] = self._moves
         if not old.all():
-            surface = Surface.of(self.before.vertices, self.before.faces)
-            distances[~old] = surface.nearest(self.result.vertices[~old]).distances
+            distances[~old] = Surface.of(self.before.vertices, self.before.faces).nearest(self.result.vertices[~old]).distances
         return distances
 
     @cached_property
