@@ -111,8 +111,7 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
                 }
                 _compute(bench, "face", expressions)
     if line.face_normals is not None:
-        x, y, z = _SPARE
-        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+        bench.apply("compute_normal_by_function_per_face", **dict(zip("xyz", _SPARE, strict=True)))
 
 
 def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
