@@ -14,6 +14,7 @@ import os
 import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field, fields
 from datetime import datetime, timezone
 from functools import cached_property
@@ -123,7 +124,7 @@ class BatchError(PymeshfairError):
     """The whole batch has failed; the scans in its journal stay done."""
 
 
-class Journal:
+class Journal(AbstractContextManager["Journal"]):
     """The journal in a folder of outputs; a context manager that locks the folder against other batches."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
@@ -139,9 +140,6 @@ class Journal:
             self._file.close()
             raise BatchError(f"another batch is writing to {folder}; wait for it to end, or name another folder")
         self._has_old_lines = not resume
-
-    def __enter__(self) -> Journal:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
@@ -227,13 +225,10 @@ def robust_z(numbers: Sequence[float | None]) -> list[float | None]:
 def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     """Returns the row of a scan in the table, by column name; `far` are the `outliers` of this scan."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
-    sizes = {f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))}
     return {
-        "input": outcome.input,
-        "output": outcome.output,
-        "status": outcome.status,
+        **{name: getattr(outcome, name) for name in ("input", "output", "status")},
         "seconds": round(outcome.seconds, 3),
-        **sizes,
+        **{f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))},
         "unit": outcome.unit,
         **{f"displacement_{name}": moved.get(name) for name in ("mean", "rms", "largest")},
         "displacement_rms_in_edges": displacement_in_edges(outcome),
@@ -288,23 +283,21 @@ class Summary:
 
     def document(self) -> dict[str, Any]:
         recipe = self.template.recipe
-        described: dict[str, Any] = plain(
-            {
-                "schema": SCHEMA,
-                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
-                "limits": self.template.all_guards.texts(),
-                "versions": versions(),
-                "started": self.started,
-                "finished": self.finished,
-                "seconds": round(self.seconds, 3),
-                "counts": self.counts,
-                "scans": [
-                    {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
-                    for outcome, name, far in self.rows
-                ],
-            }
-        )
-        return described
+        described = {
+            "schema": SCHEMA,
+            "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
+            "limits": self.template.all_guards.texts(),
+            "versions": versions(),
+            "started": self.started,
+            "finished": self.finished,
+            "seconds": round(self.seconds, 3),
+            "counts": self.counts,
+            "scans": [
+                {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
+                for outcome, name, far in self.rows
+            ],
+        }
+        return dict(plain(described))
 
     def write(self, folder: Path) -> tuple[Path, Path]:
         """Writes the JSON document and the CSV table; replaces the files of a former batch."""

@@ -16,8 +16,6 @@ from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
 from ..running.job import Job
 
-#: extensions that are skipped in folders, since such files are rarely scans; a pattern finds them
-_RARELY_A_MESH = frozenset(("txt",))
 _COLUMNS = ("input", "output")
 
 
@@ -110,7 +108,7 @@ def _scans_below(root: Path) -> Iterator[Path]:
     for parent, folders, names in os.walk(root):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for path in (Path(parent, name) for name in names if not name.startswith(".")):
-            if extension(path) in READABLE and extension(path) not in _RARELY_A_MESH and path.is_file():
+            if extension(path) in READABLE and extension(path) != "txt" and path.is_file():  # a text is rarely a scan
                 yield path
 
 

@@ -67,13 +67,11 @@ def batch(
     scheduler = chosen.chosen_scheduler()
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
-    if report:
-        chosen.check_measured()
+    chosen.check_measured(report)
     template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
     # Symbolic links in the path stay, as other machines may know only them; a path with ".." is resolved.
     folder = output.resolve() if ".." in output.parts else output.absolute()
-    settings = [setting.name for setting in template.recipe.script.settings]
-    selected, dropped = without_outputs(expand(inputs, settings), folder)
+    selected, dropped = without_outputs(expand(inputs, [setting.name for setting in template.recipe.script.settings]), folder)
     warn(*(f"left out: {text}" for text in dropped[:_NAMED]))
     if len(dropped) > _NAMED:
         warn(f"left out: {len(dropped) - _NAMED:,} further files, which are outputs")

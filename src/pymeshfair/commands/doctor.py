@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.metadata
+import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -89,9 +91,6 @@ def look_around() -> Iterator[Finding]:
 
 def look_at_python() -> Iterator[Finding]:
     """The interpreter, the system, and the versions of pymeshfair's requirements."""
-    import platform
-    import re
-
     yield Finding("python", True, f"{platform.python_version()} ({sys.executable})")
     yield Finding("system", True, platform.platform())
     yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
@@ -163,8 +162,7 @@ def look_at_plugins() -> Iterator[Finding]:
     for broken in broken_plugins():
         where = f"{broken.distribution}: {broken.entry_point}: {broken.reason}"
         remedy = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
-        advice = f"its filters are left out, all others work; {remedy} {broken.distribution}"
-        yield Finding("plugin", False, where, advice)
+        yield Finding("plugin", False, where, f"its filters are left out, all others work; {remedy} {broken.distribution}")
 
 
 def look_at_disk() -> Iterator[Finding]:

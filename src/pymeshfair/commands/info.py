@@ -79,8 +79,7 @@ def _head(info: RecipeInfo) -> dict[str, Any]:
 
 
 def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
-    tasks = [head.info.task for head in heads]
-    for head, former in zip(heads, [None, *tasks], strict=False):
+    for head, former in zip(heads, [None, *(head.info.task for head in heads)], strict=False):
         if head.info.task != former:
             yield f"{'' if former is None else chr(10)}{head.info.task}"
         yield textwrap.fill(f"  {head.name:<21} {head.info.title}", _NARROW, subsequent_indent=_MARGIN)
@@ -126,9 +125,8 @@ def info(
 
 def filter_document(filter: Filter) -> dict[str, Any]:
     """The declaration of a filter in JSON types."""
-    names = ("python_name", "name", "origin", "info", "classes", "requires", "changes")
     return {
-        **{name: getattr(filter, name) for name in names},
+        **{n: getattr(filter, n) for n in ("python_name", "name", "origin", "info", "classes", "requires", "changes")},
         "arity": filter.arity.name.lower(),
         "references": filter.references,
         "parameters": [_parameter_document(p) for p in filter.parameters],

@@ -146,8 +146,8 @@ class RunOptions:
 
         return Scheduler(self.scheduler or "", self.scheduler_file, self.tls_ca_file, self.tls_cert, self.tls_key)
 
-    def check_measured(self) -> None:
-        if self.no_measures:
+    def check_measured(self, report: object) -> None:
+        if report and self.no_measures:
             raise typer.BadParameter("a report shows measures: leave out --report or --no-measures", param_hint="--report")
 
 

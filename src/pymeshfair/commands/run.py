@@ -62,8 +62,7 @@ def run(
     from ..running.supervise import run_job, workers_of_runs
 
     options.check_report(report, overwrite=overwrite, up=up)
-    if report is not None:
-        chosen.check_measured()
+    chosen.check_measured(report)
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
@@ -229,8 +228,7 @@ def verify(
             by_tiles=_by_tiles,
         )
     document = {"output": output, "verdict": verified.verdict, "findings": verified.findings, "notes": verified.notes}
-    details = (f"  {text}" for text in (*verified.findings, *verified.notes))
-    show(document, [f"{output}: {verified.verdict}", *details], json=json)
+    show(document, [f"{output}: {verified.verdict}", *(f"  {t}" for t in (*verified.findings, *verified.notes))], json=json)
     raise typer.Exit(EXIT_CODES[verified.verdict])
 
 

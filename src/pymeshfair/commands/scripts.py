@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer import Argument, Option
@@ -12,15 +12,6 @@ from ..places import counted
 from .group import Failure
 from .options import Json, Overwrite, Recipe
 from .streams import STANDARD, check_text, open_recipe, print_document, print_lines, read_script_bytes, save_text, say
-
-if TYPE_CHECKING:
-    from ..running.read import ReadMesh
-
-
-def _read(mesh: Path) -> ReadMesh:
-    from ..running.read import read_mesh
-
-    return read_mesh(mesh)
 
 
 def check(
@@ -32,8 +23,11 @@ def check(
 
     Steps that run, but probably do not do what was meant, get a warning. No mesh is opened, except SCAN.
     """
-    diagonal = None if mesh is None else _read(mesh).measured.diagonal
-    checked, problems = [], []
+    diagonal, checked, problems = None, [], []
+    if mesh is not None:
+        from ..running.read import read_mesh
+
+        diagonal = read_mesh(mesh).measured.diagonal
     for name in recipes:
         verdict, text = _verdict(name, diagonal)
         checked.append(verdict)
@@ -127,9 +121,9 @@ def export(
     script = open_recipe(recipe).script
     facts, lengths = None, []
     if mesh is not None:
-        from ..running.read import lengths_on_mesh
+        from ..running.read import lengths_on_mesh, read_mesh
 
-        read = _read(mesh)
+        read = read_mesh(mesh)
         facts = MeshFacts(read.measured.diagonal, read.measured.resolution(), closed=read.measures["closed"])
         lengths = lengths_on_mesh(script, mesh)
     exported, replaced = export_script(script, mesh=facts, lengths=lengths)

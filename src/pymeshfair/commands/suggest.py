@@ -74,8 +74,7 @@ def suggest(
             raise PymeshfairError(f"{scan} has no {'noise to remove' if values else 'faces'}: no recipe is written to {output}")
         save_text(format_script(recipe.script), output, overwrite=overwrite)
     traits_here = _by_evidence(traits, values)
-    tried = {} if values is None else _trials(read.mesh, traits_here, values, recipe, timeout)
-    recipes = ranked(traits_here, tried=tried)
+    recipes = ranked(traits_here, tried={} if values is None else _trials(read.mesh, traits_here, values, recipe, timeout))
     if json:
         text = None if recipe is None else format_script(recipe.script)
         ranking = documents(recipes)

@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from typer import Argument, Option
 
 from .options import Json
-from .streams import print_document
+from .streams import show
 
 
 def tune(
@@ -48,10 +47,7 @@ def tune(
         address = f"http://127.0.0.1:{listening.getsockname()[1]}/{token}/"
 
         def ready() -> None:
-            if json:
-                print_document({"address": address})
-            else:
-                typer.echo(f"{address}\nCtrl-C ends it.")
+            show({"address": address}, [address, "Ctrl-C ends it."], json=json)
             if browser:
                 webbrowser.open(redirecting_file(address, folder).as_uri())
 

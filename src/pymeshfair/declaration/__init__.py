@@ -220,13 +220,12 @@ class Filter:
 
     def parameter(self, name: str) -> Parameter:
         """Returns the parameter with a Python name, or raises `UnknownNameError` with the nearest name."""
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        names = [p.name for p in self.parameters]
-        meant = hint(name, names, f"it has {', '.join(names) or 'none'}")
-        words = f"filter {self.python_name!r} has no parameter {name!r}; {meant}"
-        raise UnknownNameError(words, suggestion=nearest(name, names))
+        by_name = {parameter.name: parameter for parameter in self.parameters}
+        if name in by_name:
+            return by_name[name]
+        words = hint(name, by_name, f"it has {', '.join(by_name) or 'none'}")
+        message = f"filter {self.python_name!r} has no parameter {name!r}; {words}"
+        raise UnknownNameError(message, suggestion=nearest(name, by_name))
 
     def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the checked values by parameter name, in declared order."""
@@ -397,6 +396,5 @@ def _contradiction(parameter: Parameter, annotated: Any) -> str:
         if not parameter.choices or len(set(parameter.choices)) != len(parameter.choices):
             return f"needs choices, each of them once; it has {parameter.choices}"
     elif parameter.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not parameter.python_type:
-        kind = type(parameter).__name__
-        return f"is annotated as {annotated.__name__}, but {kind} hands over {parameter.python_type.__name__}"
+        return f"is annotated as {annotated.__name__}, but {type(parameter).__name__} hands over {parameter.python_type.__name__}"
     return ""

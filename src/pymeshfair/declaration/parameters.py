@@ -380,5 +380,4 @@ def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> list[A
         raise parameter.refusal(value) from None
     if array.dtype.kind not in "iuf" or array.shape != shape or not np.isfinite(array).all():
         raise parameter.refusal(value)
-    numbers_of: list[Any] = array.astype(np.float64).tolist()
-    return numbers_of
+    return list(array.astype(np.float64).tolist())

@@ -15,6 +15,7 @@ from ..errors import MeshError
 from ..filters.compilation import compiled
 from ..filters.geometry import face_normals, unit_vectors
 from ..filters.inspection import mesh_normals
+from ..filters.mesh import mask_of
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import read_pixels, sampled
 
@@ -107,8 +108,7 @@ def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBu
         # The inner side of a surface reflects, too.
         normals[normals @ camera.rows[2] < 0.0] *= -1.0
         return scene.paint(normals)
-    in_front = np.zeros(len(scene.faces), dtype=np.bool_)
-    in_front[elements] = True
+    in_front = mask_of(elements, len(scene.faces))
     rows = (np.cumsum(in_front) - 1)[elements]
     # Coordinates are relative to the middle of the picture, since normals of large coordinates lose digits.
     normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T

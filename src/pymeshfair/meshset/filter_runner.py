@@ -6,6 +6,7 @@ import contextlib
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,11 +63,9 @@ class FilterRunner:
     def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
         """Sends sentences to `on_note` of the mesh set, or else to the logger with `level`."""
         on_note = getattr(self._bench.meshset, "on_note", None)
+        tell = partial(_LOG.log, level, "%s") if on_note is None else on_note
         for text in sentences:
-            if on_note is not None:
-                on_note(text)
-            else:
-                _LOG.log(level, "%s", text)
+            tell(text)
 
     def _apply(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], Step]:
         if declared.arity is not Arity.NONE and not self._bench.has_current():

@@ -122,9 +122,7 @@ def _annotation(parameter: Parameter) -> Any:
 
 def shown_default(parameter: Parameter) -> Any:
     """Returns the default as a user writes it: a length is a text."""
-    if isinstance(parameter.default, Length):
-        return length_text(parameter.default)
-    return parameter.default
+    return length_text(parameter.default) if isinstance(parameter.default, Length) else parameter.default
 
 
 def length_text(length: Length) -> str:

@@ -111,8 +111,7 @@ class Conditions:
         ]
         try:
             if (digest := pickle.loads(self.recipe).digest) != self.digest:
-                means = f"checksum {digest[:12]} in place of {self.digest[:12]}"
-                reasons.append(f"it reads the recipe differently ({means})")
+                reasons.append(f"it reads the recipe differently (checksum {digest[:12]} in place of {self.digest[:12]})")
         except PymeshfairError as error:
             reasons.append(f"it cannot read the recipe: {error}")
         try:

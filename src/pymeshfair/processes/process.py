@@ -16,7 +16,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import IO, Any, TypeAlias
 
@@ -178,9 +178,8 @@ class ForkedProcess:
     """A fork of this process that serves orders, with all modules loaded; has the methods of `subprocess.Popen` used here."""
 
     def __init__(self, threads: int | None) -> None:
-        pipes = [os.pipe() for _ in range(3)]
-        child_ends = [pipes[0][0], pipes[1][1], pipes[2][1]]
-        parent_ends = [pipes[0][1], pipes[1][0], pipes[2][0]]
+        (orders, stdin), (stdout, answers), (stderr, talk) = (os.pipe() for _ in range(3))
+        child_ends = [orders, answers, talk]
         gc.freeze()  # so that both processes share the memory of all present objects
         self.pid = os.fork()
         if self.pid == 0:
@@ -188,9 +187,9 @@ class ForkedProcess:
         for descriptor in child_ends:
             os.close(descriptor)
         self.returncode: int | None = None
-        self.stdin: IO[bytes] = os.fdopen(parent_ends[0], "wb")
-        self.stdout: IO[bytes] = os.fdopen(parent_ends[1], "rb")
-        self.stderr: IO[bytes] = os.fdopen(parent_ends[2], "rb")
+        self.stdin: IO[bytes] = os.fdopen(stdin, "wb")
+        self.stdout: IO[bytes] = os.fdopen(stdout, "rb")
+        self.stderr: IO[bytes] = os.fdopen(stderr, "rb")
 
     def wait(self, timeout: float | None = None) -> int:
         end = time.monotonic() + (math.inf if timeout is None else timeout)
@@ -224,7 +223,7 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
         os._exit(1)
 
 
-class Pool:
+class Pool(AbstractContextManager["Pool"]):
     """Lends at most `most` processes, each started when it is needed; a context manager that ends all processes at its exit.
 
     Several threads may use a pool. A process that ended, is used up, or was returned during an order is not lent again.
@@ -245,9 +244,6 @@ class Pool:
         self._idle: list[Process] = []
         self._lent: set[Process] = set()
         self._is_over = False
-
-    def __enter__(self) -> Pool:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

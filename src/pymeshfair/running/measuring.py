@@ -85,5 +85,4 @@ def self_intersecting_apart(mesh: MeshData) -> Bools:
         answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=this_system().usable_memory()))
     if answer.error is not None:
         raise RunError(f"MeshLab's search for faces that cut others failed: {answer.error}") from answer.error
-    faces: Bools = answer.result
-    return faces
+    return np.asarray(answer.result)

@@ -17,7 +17,7 @@ from ..files.writing import StagedFile
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection import Surface, carried, folded_faces, share_kept, sharp_edges, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
-from ..filters.mesh import bounding_box, scaled_to_unit
+from ..filters.mesh import bounding_box, mask_of, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..mesh_data import MeshData
 from ..places import distance_unit, point_text
@@ -51,8 +51,7 @@ class Origins:
         old = self.vertices >= 0
         distances[old] = self._moves
         if not old.all():
-            surface = Surface.of(self.before.vertices, self.before.faces)
-            distances[~old] = surface.nearest(self.result.vertices[~old]).distances
+            distances[~old] = Surface.of(self.before.vertices, self.before.faces).nearest(self.result.vertices[~old]).distances
         return distances
 
     @cached_property
@@ -80,10 +79,8 @@ class Origins:
     @cached_property
     def removed(self) -> tuple[Bools, Bools]:
         """(n,) and (m,) which vertices and faces of the input are not in the result."""
-        vertices, faces = np.ones(len(self.before.vertices), dtype=np.bool_), np.ones(len(self.before.faces), dtype=np.bool_)
-        vertices[self.vertices[self.vertices >= 0]] = False
-        faces[self.faces[self.faces >= 0]] = False
-        return vertices, faces
+        kept_vertices = mask_of(self.vertices[self.vertices >= 0], len(self.before.vertices))
+        return ~kept_vertices, ~mask_of(self.faces[self.faces >= 0], len(self.before.faces))
 
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
@@ -295,7 +292,7 @@ def _advice(before: str, remedies: Sequence[str]) -> str:
 def _box(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
     """(3,) the sides of the bounding box of the vertices that faces use, or of all vertices if there are no faces."""
     if len(faces) and measures.unreferenced_vertices:
-        vertices = vertices[np.bincount(faces.ravel(), minlength=len(vertices)) > 0]
+        vertices = vertices[mask_of(faces, len(vertices))]
     return np.asarray(np.subtract(*bounding_box(vertices)[::-1]) if len(vertices) else np.zeros(3))
 
 
@@ -356,8 +353,7 @@ def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, i
         piece_share = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
         return Piece(len(corners), piece_share, float(np.linalg.norm(high - low)) / scale, tuple(middle))
 
-    remaining = np.zeros(len(vertices), dtype=np.bool_)
-    remaining[faces[~face_mask]] = True
+    remaining = mask_of(faces[~face_mask], len(vertices))
     touches = np.zeros((2, count), dtype=np.bool_)  # whether each piece touches the remaining faces, and the border
     for row, marked in enumerate((remaining, border_vertices(faces, len(vertices)) if remaining.any() else remaining)):
         touches[row, pieces[marked & (pieces >= 0)]] = True
@@ -404,8 +400,7 @@ def _map(origins: Origins, tolerance: float) -> MeshData:
 def _removed(origins: Origins) -> MeshData | None:
     """The removed elements, with the input's vertex numbers as scalars; None if there are none."""
     before, (vertices, faces) = origins.before, origins.removed
-    needed = vertices.copy()
-    needed[before.faces[faces]] = True
+    needed = vertices | mask_of(before.faces[faces], len(vertices))
     if not needed.any():
         return None
     part = MeshData(vertices=before.vertices, faces=before.faces[faces]).part(needed)

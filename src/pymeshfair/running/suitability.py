@@ -132,15 +132,10 @@ def ranked(
         return not suited.fits, len(suited.unmet), aside, erases, error, closes, -suited.made_for, listed
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
-        better = verdicts.get(behind[suited.recipe])
-        after = better is not None and better.fits and suited.fits
+        leader = verdicts.get(behind[suited.recipe])
         # A follower (a recipe "after" another one) with a better key brings its leader forward.
-        followers = [
-            key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
-        ]
-        leader = better if after and better is not None else suited
-        group = min([key(leader), *followers, *([key(suited)] if after else [])])
-        return group, after, -suited.made_for, suited.recipe
+        bound = [v for v in verdicts.values() if v.fits and suited.fits and (v is leader or behind[v.recipe] == suited.recipe)]
+        return min(map(key, [suited, *bound])), leader in bound, -suited.made_for, suited.recipe
 
     return sorted(verdicts.values(), key=place)
 
@@ -218,10 +213,7 @@ def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
     """The result of `ranked`, as dictionaries that JSON can hold."""
     return [
         {
-            "recipe": s.recipe,
-            "title": s.title,
-            "task": s.task,
-            "fits": s.fits,
+            **{name: getattr(s, name) for name in ("recipe", "title", "task", "fits")},
             "met": [{"condition": text, "found": value} for text, value in s.met],
             "unmet": [{"condition": text, "found": value} for text, value in s.unmet],
             "trial": None if s.trial is None else asdict(s.trial),

@@ -126,8 +126,7 @@ class Step:
     @property
     def relative_lengths(self) -> dict[str, Length]:
         """The lengths that depend on the size of the mesh, by Python parameter name."""
-        values = self.values.items()
-        return {name: v for name, v in values if isinstance(v, Length) and v.unit != "absolute" and v.amount}
+        return {name: v for name, v in self.values.items() if isinstance(v, Length) and v.unit != "absolute" and v.amount}
 
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
         lengths = {name: value for name, value in self.values.items() if isinstance(value, Length)}

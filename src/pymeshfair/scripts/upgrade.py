@@ -204,8 +204,7 @@ def _type_changes(
     for attribute, text in new.items():
         if old.get(attribute) != text:
             written = f"was {old[attribute]!r}" if attribute in old else "was missing"
-            change = note(what=f"{attribute} is {text!r}, {written}", meaning=meaning)
-            yield replace(change, parameter=parameter.xml_name)
+            yield note(what=f"{attribute} is {text!r}, {written}", meaning=meaning, parameter=parameter.xml_name)
             meaning = ""  # reported once
 
 

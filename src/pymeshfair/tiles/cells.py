@@ -274,8 +274,7 @@ class Cells:
         self.points.write(first, points)
         self.numbers.write(first, numbers[order])
         starts = np.arange(0, len(points), self.cell)
-        boxes = np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
-        return starts + first, boxes
+        return starts + first, np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
     def _index(self, filled: Sequence[tuple[Longs, Floats]], buckets: Sequence[Bucket]) -> None:
         """Writes what `_fill` returned for each of the buckets; removes their files."""
@@ -324,5 +323,4 @@ class Cells:
 @lru_cache(maxsize=1)
 def _read_index(starts: Column, boxes: Column, scale: float, time: int) -> tuple[Longs, CellTree]:
     first = starts.read(0, len(starts))
-    corners = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
-    return first, CellTree.over(corners, np.diff(first))
+    return first, CellTree.over(boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale, np.diff(first))

@@ -187,8 +187,7 @@ def do_step(
         groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
         tasks.map(mark_later, groups, part_of(progress, 0.1, 0.9))
     else:
-        scale = tree_scale(float(max(high.max(), -low.min())))
-        cells = Cells.of(buckets, folder, scale, tasks, part_of(progress, 0.1, 0.2))
+        cells = Cells.of(buckets, folder, tree_scale(float(max(high.max(), -low.min()))), tasks, part_of(progress, 0.1, 0.2))
         ranges = tasks.run(cells.tiles, points)
         kinds: dict[str, type[PointTiles]] = {LOOP: OutlierTiles, POINT_NORMALS: NormalTiles, STRAYS: StrayTiles}
         work = kinds[step.filter](cells, step.values, step.neighbors, points)

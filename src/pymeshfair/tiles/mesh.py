@@ -22,7 +22,7 @@ from ..filters import denoising
 from ..filters.execution import ignore_progress, part_of
 from ..filters.geometry import vertex_normals_by_angle
 from ..filters.inspection import folded_faces
-from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, normalised_mesh
+from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, mask_of, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
@@ -53,11 +53,8 @@ class Surface:
     state = Stored("<f8", 3)  # normalised coordinates between rounds; before the rounds, a result of `FilteringTiles.relax`
     next_state = Stored("<f8", 3)  # the state after a round; before the rounds, the result of `FilteringTiles.keep`
 
-    def _raw(self, bucket: int) -> Path:
-        return self.cells.folder / f"corners-{bucket}"
-
-    def _faces(self, bucket: int) -> Path:
-        return self.cells.folder / f"faces-{bucket}"
+    def _file(self, kind: str, bucket: int) -> Path:
+        return self.cells.folder / f"{kind}-{bucket}"
 
     def _starts(self, bucket: int) -> Column:
         """Returns the column with the first row of each cell in the bucket's file of faces, then the number of rows."""
@@ -71,9 +68,8 @@ class Surface:
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
         slots = np.memmap(self.slots.path, "<i4", "r+")
-        for first in range(0, cells.count, size):
-            last = min(first + size, cells.count)
-            slots[cells.numbers.read(first, last)] = np.arange(first, last)
+        for first, numbers in zip(range(0, cells.count, size), cells.numbers.slices(size), strict=True):
+            slots[numbers] = np.arange(first, first + len(numbers))
         starts, count = np.array(self.buckets), 0
         self.remove_unordered()  # a process that was killed here may have left files
         for corners in slices():
@@ -87,14 +83,14 @@ class Surface:
             faces["corners"], faces["number"] = slots[corners], np.arange(count, count + len(corners))
             bucket_of = np.searchsorted(starts, faces["corners"], "right") - 1
             for bucket in np.unique(bucket_of).tolist():
-                with self._raw(bucket).open("ab") as file:
+                with self._file("corners", bucket).open("ab") as file:
                     file.write(faces[(bucket_of == bucket).any(axis=1)].tobytes())
             count += len(corners)
         return count
 
     def order_faces(self, bucket: int) -> None:
         """Sorts the faces of a bucket by cell; a face is repeated for each cell that has one of its corners."""
-        raw = self._raw(bucket)
+        raw = self._file("corners", bucket)
         faces = np.fromfile(raw, FACE) if raw.exists() else np.empty(0, FACE)
         starts = self.cells.starts
         first, last = np.searchsorted(starts, self.buckets[bucket : bucket + 2])
@@ -104,13 +100,13 @@ class Surface:
         cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # drops repeated cells of a face
         row, column = np.nonzero(cell >= 0)
         order = np.argsort(cell[row, column], kind="stable")
-        self._faces(bucket).write_bytes(faces[row[order]].tobytes())
+        self._file("faces", bucket).write_bytes(faces[row[order]].tobytes())
         counts = np.bincount(cell[row, column] - first, minlength=last - first)
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
         for bucket in range(len(self.buckets) - 1):
-            self._raw(bucket).unlink(missing_ok=True)
+            self._file("corners", bucket).unlink(missing_ok=True)
 
     def faces_at(self, cells: Longs) -> NDArray[Any]:
         """Returns the faces at the vertices of some cells, given in ascending order; faces at several cells are repeated."""
@@ -121,7 +117,7 @@ class Surface:
             rows = cells[bucket_of == bucket] - np.searchsorted(self.cells.starts, self.buckets[bucket])
             for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
                 begin, end = int(starts[run[0]]), int(starts[run[-1] + 1])
-                faces.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
+                faces.append(np.fromfile(self._file("faces", bucket), FACE, end - begin, offset=begin * FACE.itemsize))
         return np.concatenate(faces)
 
     def replace_column(self, new: Column, old: Column) -> None:
@@ -193,8 +189,7 @@ class MeshTiles:
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
         """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
         tile = tile_with_rings(self.surface, first, last, 1)
-        used = np.zeros(len(tile.vertices), np.bool_)
-        used[tile.faces[proper_faces(tile.faces)]] = True
+        used = mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices))
         points = tile.vertices[used & tile.inside]
         border = bool((border_vertices(tile.faces, len(used)) & tile.inside).any())
         return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
@@ -350,8 +345,7 @@ def cut(
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
-    sizes = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
-    return surface, sizes
+    return surface, {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
 
 
 def do_move(
@@ -367,12 +361,11 @@ def do_move(
         values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
-    if filtering is not None and not (filtering.relaxation or filtering.outer_iterations):
-        return report
     if filtering is None:
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
-        return {}
+    if filtering is None or not (filtering.relaxation or filtering.outer_iterations):
+        return report
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
     if filtering.relaxation:

@@ -304,8 +304,7 @@ class StrayTiles(PointTiles):
         count, component = sparse.csgraph.connected_components(graph, directed=False)
         # The sums are exact: whole numbers below 2^53.
         totals = (np.bincount(component, values, minlength=count).astype(np.int64) for values in (sizes, sums))
-        stray: Longs = parts[self._rule.too_small(*totals)[component]]
-        return stray
+        return np.asarray(parts[self._rule.too_small(*totals)[component]])
 
     def finish(self, stray: Longs, first: int, last: int) -> None:
         begin, end = self.cells.slots_of(first, last)
@@ -338,7 +337,7 @@ class NormalTiles(PointTiles):
         tasks.map(self.fit, tiles, part_of(progress, 0.4, 0.6))
         for number in range(1, self.iterations + 1):
             tasks.map(self.smooth, [(number, *tile) for tile in tiles])
-            tasks.run(self.forget, number - 1)
+            tasks.run(self.directions(number - 1).path.unlink, True)  # also if a killed run has removed it
         flipped = np.empty(0, np.int64)
         if not self.values["flipflag"]:
             tasks.map(self.orient, tiles, part_of(progress, 0.7, 0.85))
@@ -362,9 +361,6 @@ class NormalTiles(PointTiles):
         links = Links.of(self, first, last)
         before = links.read_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.to))
-
-    def forget(self, iteration: int) -> None:
-        self.directions(iteration).path.unlink(missing_ok=True)
 
     def orient(self, first: int, last: int) -> None:
         links = Links.of(self, first, last)
@@ -398,8 +394,7 @@ class NormalTiles(PointTiles):
         component, signs = _oriented(len(parts), both[:, 0], both[:, 1], votes / (np.abs(votes).max(initial=0.0) or 1.0))
         up = np.bincount(component, signs * ups, minlength=len(parts))
         signs = np.where(up[component] < 0.0, -signs, signs)
-        flipped: Longs = parts[signs < 0]
-        return flipped
+        return np.asarray(parts[signs < 0])
 
     def finish(self, flipped: Longs, first: int, last: int) -> None:
         """Writes the results: flips the parts in `flipped`; with a view point, turns all normals towards it."""

@@ -111,8 +111,7 @@ def _refill_faces(bench: Workbench, mesh: Any, names: Sequence[str], arrays: Seq
                 }
                 _compute(bench, "face", expressions)
     if line.face_normals is not None:
-        x, y, z = _SPARE
-        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+        bench.apply("compute_normal_by_function_per_face", **dict(zip("xyz", _SPARE, strict=True)))
 
 
 def _rounds(faces: Ints, vertices: int) -> Iterator[NDArray[np.intp]]:
@@ -189,18 +188,15 @@ class _Line:
 
 def saved_attributes(meshset: Any, prefix: str) -> list[str]:
     """Lists the custom attributes of one kind in the current layer; MeshLab lists them as options for saving a PLY file."""
-    offered = BASE.filter_parameter_values(meshset, "ply")
-    return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
+    return [key.removeprefix(prefix) for key in BASE.filter_parameter_values(meshset, "ply") if key.startswith(prefix)]
 
 
 def check_names(bench: Workbench, mesh: Any) -> None:
     """Raises `MeshError` if the name of a custom attribute keeps MeshLab from computing on the current layer."""
     for element, listed, points, name in _user_attributes(bench.meshset, mesh):
         if name is None or not WORD.fullmatch(name) or (not points and name in _TAKEN[element]):
-            reason = (
-                "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit and is no variable or "
-            )
-            reason += "constant of its expressions"
+            reason = "MeshLab needs a name of the letters a to z, digits and _ that does not begin with a digit"
+            reason += " and is no variable or constant of its expressions"
             if name is None:
                 reason = "MeshLab does not tell which of its letters are capitals"
             raise MeshError(

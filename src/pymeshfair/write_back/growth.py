@@ -66,7 +66,7 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target[divided[:vertices]] = np.arange(count, count + vertices)
     free = np.flatnonzero((faces >= first_cut).all(axis=1) & (np.arange(len(faces)) >= len(old_faces)))
     target[faces[free[: len(added_faces)]]] = added_faces
-    _send(bench, mesh, target)
+    bench.move_to(mesh, np.eye(1, 3) * target[:, None])
     bench.apply("meshing_remove_duplicate_vertices")
     check_taken(mesh, np.array(mesh.vertex_number()), np.array(count + vertices), "number of vertices")
     check_taken(mesh, read_array(mesh, "faces"), np.concatenate([old_faces, added_faces]), "new faces")
@@ -82,7 +82,7 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
         target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
         target[read_array(mesh, "faces")] = faces
         target[:vertices] = np.arange(vertices)
-        _send(bench, mesh, target)
+        bench.move_to(mesh, np.eye(1, 3) * target[:, None])
         bench.apply("meshing_remove_duplicate_vertices")
     if mesh.vertex_number() != vertices or not np.array_equal(read_array(mesh, "faces"), faces):
         raise MeshError(f"the faces of {mesh.label()!r} could not be put back")
@@ -119,7 +119,3 @@ def _subdivisions(vertices: int, faces: int) -> int:
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
-
-
-def _send(bench: Workbench, mesh: Any, target: NDArray[np.intp]) -> None:
-    bench.move_to(mesh, np.eye(1, 3) * target[:, None].astype(np.float64))

@@ -248,8 +248,7 @@ def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed
         for column, (axis, name) in enumerate((("u", u), ("v", v)))
     }
     bench.apply("compute_texcoord_by_function_per_wedge", **expressions, onselected=True)
-    wanted = np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)])
-    check_taken(mesh, wedges_of(mesh), wanted, "texture coordinates")
+    check_taken(mesh, wedges_of(mesh), np.concatenate([wedges, np.repeat(uv[:, None], 3, axis=1)]), "texture coordinates")
 
 
 _COLOR_CHANNELS = {"vertex": "xyza", "face": "rgba"}
