@@ -19,7 +19,7 @@ from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adja
 from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
 
 CHOICE = Enum(
-    help="How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a large mesh, "
+    help="How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a large mesh, "
     "and takes one of the settings with the least estimated error. 'fixed': takes all-round values without trials."
 )
 SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `Enum()` would list 'constant' last
@@ -112,8 +112,8 @@ def apply_coord_normal_filtering(
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out vertices,
             each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.
-        border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, and in Taubin steps along the
-            surface as far as other vertices do, so that the outline stays; 'free' move like any other vertex.
+        border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, in Taubin steps also along
+            the surface but no further than others, so that the outline stays; 'free' move like any other vertex.
     """
     set_values = _not_automatic(
         **asdict(normals),

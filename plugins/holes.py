@@ -48,10 +48,10 @@ def meshing_close_holes_by_fairing(
         max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges takes half
             a gigabyte of memory. Outer borders of open sheets stay open: rims with a total geodesic curvature above 1.5 pi (a
             flat disc has 2 pi); and, unless selected, most rims that span more than a third of the area of their sheet.
-        energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; 'thin_plate'
-            continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and follows noise there;
-            'none' leaves them on the first flat triangles. Degenerate triangles may need a lower energy (earlier in this list, or
-            'none'); notes say so.
+        energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
+            'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
+            follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles may
+            need a lower energy (earlier in this list, or 'none'); notes say so.
         refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
             nothing is faired.
         rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.

@@ -75,9 +75,9 @@ def chosen_projection(
     `seed` selects the held-out points, and `progress` is called while settings are tried.
 
     Returns:
-        The choice. Its first trial does nothing. Errors are in spacings of the points tried, range sigmas in the unit of the
-        points. None if the cloud is clean, most points coincide or too few can be used. The choice does not depend on the number
-        of threads, or on the position, orientation, scale and order of the points.
+        The choice. Its first trial does nothing. Errors are in spacings of the thinned cloud that is tried, range sigmas in the
+        unit of the points. None if the cloud is clean, most points coincide or too few can be used. The choice does not depend
+        on the number of threads, or on the position, orientation, scale and order of the points.
 
     Raises:
         FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
@@ -124,7 +124,7 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None if it is clean or has too few points.
+    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None: no choice can be made.
 
     The points are reduced to a random quarter, k times, until noise is below half a spacing or residuals hardly correlate.
     """

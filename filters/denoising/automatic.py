@@ -60,7 +60,7 @@ def automatic_choice(
     noise = noise._replace(length=noise.length / mesh.scale)
     is_depth_map = seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING and on_lines_of_sight(mesh.points, mesh.cells)
     first, last = part_of(progress, 0.0, 0.3), part_of(progress, 0.7, 1.0)
-    # 1. Correlated noise. On meshes that are no depth maps this step comes last, unless step 4 has found such noise.
+    # 1. Correlated noise. This step comes first only on unrounded depth maps; else it comes last, unless step 4 finds such noise.
     if rounding is None and is_depth_map and (evidence := setting_of_shared(mesh, noise, border=border, progress=first)):
         progress(1.0)
         return AutomaticChoice("correlated", evidence.chosen.label, noise, evidence)

@@ -30,8 +30,8 @@ _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
-# A sum of normals times areas is a rounding error if it is at most this share of the summed areas; so is the area of a mollified
-# triangle of at most this share of the area before. Vectors up to `_SMALLEST` have no direction.
+# A sum of normals times areas is a rounding error up to this share of the summed areas, a mollified triangle's area up to this
+# share of the triangle's own. Vectors up to `_SMALLEST` have no direction.
 _CANCELLED, _SMALLEST = 1e-8, 1e-100
 # The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32

@@ -363,7 +363,7 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
 def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
     """Whether a split is better than the best so far: by angle, then by area, then by the more even split.
 
-    All triangulations of a flat convex polygon have the same angles and area: without the last rule rounding would pick needles.
+    All triangulations of a flat convex polygon have the same bends and area: without the last rule rounding would pick needles.
     """
     if angle < best_angle - _SAME:
         return True

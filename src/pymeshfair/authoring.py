@@ -163,7 +163,7 @@ def run(
         overwrite: replace any `output`. False replaces only an unchanged output of a run with the same inputs and recipe.
         timeout: the seconds after which the run is stopped, or None.
         measures: measure the mesh before and after; without measures the run cannot check limits.
-        unit: the unit of the scan, mm, cm, m, in, ft or um; None: that of its file or of the recipe. ``0.05mm`` needs one.
+        unit: the unit of the scan, mm, cm, m, in, ft or um; None: that of the file or recipe. A limit of ``0.05mm`` needs one.
         on_event: called with each event of the run.
 
     Returns:

@@ -242,7 +242,7 @@ def test_noise_at_the_ends_is_no_change_of_dimensions() -> None:
     smaller = change_of((noisy, faces), (vertices * 0.97, faces))
     assert smaller.sides_without_noise == pytest.approx([-0.03] * 3, abs=0.01)
     (text,) = warnings_of(smaller, (), str)
-    assert "not only because noise went: x -" in text
+    assert "not only because noise is gone: x -" in text
 
 
 SHRINK = """<!DOCTYPE FilterScript>
@@ -292,7 +292,7 @@ def test_a_run_says_it(tmp_path: Path) -> None:
     assert change["sides"] == pytest.approx([change["sides"][0]] * 3, abs=0.01)
     assert change["sides"][0] < -0.02
     assert change["moved"]["mean"] == pytest.approx(-change["sides"][0], rel=0.2)
-    assert "the shape's dimensions changed, not only because noise went: x -" in ran.stderr
+    assert "the shape's dimensions changed, not only because noise is gone: x -" in ran.stderr
 
 
 def test_vertices_of_a_file_that_meshlab_reads_are_followed(tmp_path: Path) -> None:

@@ -262,7 +262,7 @@ def _check_collisions(scans: Sequence[Scan]) -> None:
 
 
 def sample(scans: Sequence[Scan], count: int) -> list[Scan]:
-    """Returns `count` scans, or all of fewer, spread over the sizes of their files, in the order of the batch."""
+    """Returns `count` scans, or all if there are fewer, spread over the sizes of their files, in the order of the batch."""
     if count >= len(scans):
         return list(scans)
     by_size = sorted(scans, key=lambda scan: (scan.input.stat().st_size if scan.input.is_file() else 0, scan.number))

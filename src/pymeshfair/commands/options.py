@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit, or that of the first file that has one and a warning for each other file, by its name, that has none."""
+    """The typed unit, or else the first one of a file, and warnings that name the files without; `units` are by file name."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))

@@ -1,5 +1,5 @@
 """Writes PLY files: with the header, elements, types and comments of the source if it is a PLY file. For other
-sources decimals are double, but float for texture coordinates of corners.
+sources real numbers are written as double, but texture coordinates of corners as float.
 
 Unchanged contents are written byte for byte. Rows of deleted elements are left out. If a polygon loses triangles, its other
 triangles form a polygon if possible, perhaps with another first corner. In new rows, properties without a value are 0.
@@ -249,10 +249,8 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
         kept = Table(replace(table.element, count=len(colors)), former)
         if are_equal(ply.colors_of(kept), colors):  # if only dark colours remain, they may be read in another range
             return former
-    columns, is_dark = (
-        dict(zip(names, colors.T, strict=False)),
-        colors[:, :3].max(initial=0) <= 1,
-    )  # floats up to 1 are read as shares
+    columns = dict(zip(names, colors.T, strict=False))
+    is_dark = colors[:, :3].max(initial=0) <= 1  # floats up to 1 are read as shares
     tops = {name: 1.0 if is_dark and c.dtype.kind == "f" else ply.top_level(table, name) for name, c in former.items()}
     return {name: c / 255.0 * tops[name] if name in tops else c for name, c in columns.items()}
 

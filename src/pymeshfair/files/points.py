@@ -228,7 +228,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the text that was read; default columns without one, if .pts becomes .xyz, or another format .pts."""
+    """Writes the columns of the text that was read; default ones if none was, or from .pts to .xyz, or from others to .pts."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"

@@ -307,7 +307,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
     of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
     arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces) > 0}
     if others and of_cells:
-        faces = "" if arrays.of_faces else "face, "
+        faces = "" if arrays.of_faces or not len(arrays.faces) else "face, "
         arrays.lost.append(f"values of {faces}line and point cells are not taken: {', '.join(sorted(of_cells))}")
     uv = mesh.active_texture_coordinates
     if uv is not None:

@@ -1121,14 +1121,14 @@ class FilterMethods(metaclass=LateMethods):
                 turns faces over, but round the edges, which the filter sharpens again. Takes a whole number from 0 to 10000, or
                 'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
-            choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
+            choice: How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out
                 vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
                 replaces an 'auto'.
-            border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, and in Taubin steps along
-                the surface as far as other vertices do, so that the outline stays; 'free' move like any other vertex.
+            border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, in Taubin steps also along
+                the surface but no further than others, so that the outline stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
 
@@ -1599,7 +1599,7 @@ class FilterMethods(metaclass=LateMethods):
                 jump across a thin wall. A larger neighbourhood smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
                 a whole number from 1 to 10000, or 'auto'.
-            choice: How automatic parameters are chosen. 'held_out': tries about 140 settings on the mesh, or on patches of a
+            choice: How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
             selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as
@@ -5822,8 +5822,8 @@ class FilterMethods(metaclass=LateMethods):
                 their sheet. Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
-                follows noise there; 'none' leaves them on the first flat triangles. Degenerate triangles may need a lower
-                energy (earlier in this list, or 'none'); notes say so.
+                follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles
+                may need a lower energy (earlier in this list, or 'none'); notes say so.
             refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices,
                 and nothing is faired.
             rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges

@@ -25,7 +25,7 @@ from ..scripts.script import Step
 from .suitability import ERASED
 
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box, with noise and without, changes by more than this share
-#: a run warns if a vertex moves by more than this many mean edges, or if it adds more than this share of the area on balance
+#: a run warns if a vertex moves by more than this many mean edges, or if the net added area exceeds this share of the old one
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller, a gain if nearer 1
 _WHOLE = 0.25  # a mesh was moved as a whole if carrying it back leaves less than this share of the median displacement
@@ -248,7 +248,7 @@ def warnings_of(
     remedies = [text for text in (milder(steps), other and f"take {other}") if text]
     if dimensions:
         sides = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
-        yield f"the shape's dimensions changed, not only because noise went: {sides}{_advice('. To keep them: ', remedies)}"
+        yield f"the shape's dimensions changed, not only because noise is gone: {sides}{_advice('. To keep them: ', remedies)}"
     if moved and far:
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (

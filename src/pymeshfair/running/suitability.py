@@ -159,7 +159,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
         return f"{mismatch}: it needs no smoothing"
     if no_need and None not in no_need:
         return f"{mismatch}: {' and '.join(sorted(filter(None, no_need)))}"
-    # Recipes that are judged by different measures do not replace each other: one may remove noise, the other waves of one size.
+    # Recipes judged by different measures do not replace each other: one may remove noise, the other waves below a given size.
     same_measure = [other for other in fitting if not info.measure or other.measure == info.measure]
     substitutes = [other for other in same_measure if other.task in tasks and len(other.met) > 1]
     if substitutes and info.task in _REPLACEABLE:
