@@ -43,10 +43,10 @@ def apply_coord_bilaplacian_smoothing(
         weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02 smooths
             strongly, 0.2 mildly. 0: not used, the detail size decides.
         features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle, stay
-            sharp; 'scalar': parts with a high vertex scalar.
+            sharp; 'scalar': parts whose vertex scalar is far from 0.
         feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which W is 1/2; noise is filtered out
             beforehand. Larger keeps only sharper ridges.
-        feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher scalars.
+        feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts farther from 0.
     """
     if weight:  # converted to a length: the weight per mean edge^4 may overflow
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25

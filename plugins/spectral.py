@@ -103,9 +103,10 @@ def apply_coord_detail_enhancement(
 ) -> Edit:
     """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
-    Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay. Near
-    open borders and in thin parts vertices move less; parts far thinner than the longest wave stay. Returns the shortest and
-    the longest wavelength of the relief, its height in the input (root mean square), and the largest displacement.
+    Vertices move along the normals that the surface would have without relief; waves shorter or longer than those of the relief
+    stay. Near open borders and in thin parts vertices move less; parts far thinner than the longest wave stay. Returns the
+    shortest and the longest wavelength of the relief, its height in the input (root mean square), and the largest
+    displacement.
 
     Args:
         gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes nothing.

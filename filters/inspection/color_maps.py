@@ -33,7 +33,7 @@ class Limits(NamedTuple):
 
 
 def robust_limits(values: Floats) -> Limits:
-    """Limits that leave out 1 % of the finite values at each end, or the extremes if such limits are equal; (0, 0) for none."""
+    """Limits of the middle 98 % of the finite values; if these are equal, of all of them; (0, 0) without finite values."""
     halves = 0.5 * values[np.isfinite(values)]
     if not len(halves):
         return Limits(0.0, 0.0)

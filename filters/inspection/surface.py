@@ -241,7 +241,7 @@ class Surface:
         return np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Ints) -> Floats:
-        """(q, 3) the unit normals of faces of the original mesh; 0 for a face without area."""
+        """(q, 3) the unit normals of faces of the original mesh with three distinct vertices; 0 for a face without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 
     def normals_at_vertices(self) -> Floats:

@@ -296,7 +296,8 @@ class SmoothedAggregation:
             noise = prolongation.power(2).T @ noise
         if matrix.shape[0] <= COARSEST:
             # If the matrix is singular, so is the coarsest matrix: its factors would amplify rounding errors in the constant part
-            # of the residual. On coarse levels, entries of slivers cancel to rounding errors. A larger diagonal repairs both.
+            # of the residual. On coarse levels, the large entries at slivers cancel, and only rounding errors are left. A larger
+            # diagonal repairs both.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:

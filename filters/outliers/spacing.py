@@ -93,5 +93,5 @@ def surplus_points(points: ArrayLike, side: float) -> Bools:
 
 
 def found_words(count: int, total: int, values: Mapping[str, Any]) -> tuple[str, ...]:
-    """A sentence on `count` points of `total` that a filter with these parameters has found; none if `count` is 0."""
+    """A sentence on `count` of `total` points that a filter with the parameters `values` has found; none if `count` is 0."""
     return tuple(f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)

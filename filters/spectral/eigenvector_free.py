@@ -270,7 +270,7 @@ def chebyshev_series(
     """Returns the shortest Chebyshev series of a smooth function with an error bound within the tolerance.
 
     A cosine transform of samples at the roots of T_N gives the coefficients. N doubles until the second half of the coefficients
-    sums to less than a hundredth of the tolerance, so that aliasing into the first half is negligible.
+    sums to less than a hundredth of the tolerance, so that aliasing is negligible, or until N > 4 `largest_degree`.
 
     `function` takes (N,) values t in (-1, 1). Its narrowest feature spans an angle `width` of theta = arccos t; samples farther
     apart could miss it. At `largest_degree` the error may exceed the tolerance; it is infinite if `width` <= 1/`largest_degree`.

@@ -54,7 +54,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
     """Calls a plugin's filter and returns its edit; `inputs` are all parameter values, from `resolved`.
 
     `on_progress` receives the completed share of the work. If it raises an exception that the filter does not catch, `call`
-    raises `StoppedError` with this cause. Other exceptions are passed on. `MeshError` means that the edit does not fit the layer.
+    raises `StoppedError` with this cause. Other exceptions are passed on. An edit that does not fit the layer raises `MeshError`.
     """
     assert declared.function is not None
     inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []

@@ -194,7 +194,7 @@ class Door:
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
         if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
-            del face["polygon"]  # MeshLab has triangulated the mesh, and only some old triangles are left
+            del face["polygon"]  # MeshLab has triangulated the polygons
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
         # skip the normals that MeshLab gives a new curve: a planar section sums them over the faces that it cuts
         has_point_normals = not len(faces) and (not len(edges) or "normals" in before.vertex_attributes)
@@ -223,7 +223,7 @@ class Door:
         for element, name, values in custom_attributes(self._meshset, mesh, self._texts):
             attributes, ids = (vertex, of_vertices) if element == "vertex" else (face, of_faces)
             old = _custom(before, element, name)
-            if old is None or not np.array_equal(_of_old(old, ids), values, equal_nan=True):  # else it keeps its type and digits
+            if old is None or not np.array_equal(_of_old(old, ids), values, equal_nan=True):  # equal ones keep type and digits
                 attributes[name] = values
         return replace(
             before,

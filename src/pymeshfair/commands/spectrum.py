@@ -29,9 +29,10 @@ def spectrum(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Show the spectrum of a shape: the energy at each wavelength, from its largest parts to its noise.
+    """Show the spectrum of a shape: how high its waves of each length are, from its largest parts to its noise.
 
-    The energy falls towards short waves, but is flat or rises where noise begins: take that wavelength as detail size of filters.
+    Heights fall towards short waves, but are flat or rise where noise begins: take that wavelength as detail size of filters.
+    PICTURE and --json show energies, the squares of heights.
     """
     from ..errors import require_extra
     from ..files.formats import extension

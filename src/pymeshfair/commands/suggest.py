@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
-#: trials treat a scan without outliers as clean if it has less noise than this, in mean edges: clean level sets have up to 0.017
+#: trials treat a scan without outliers as clean if its noise is below this, in mean edges: clean isosurfaces have up to 0.017
 _MESHING = 0.018
 #: the largest number of settings that are shown
 _SHOWN = 6

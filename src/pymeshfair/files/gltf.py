@@ -222,7 +222,7 @@ class _Reader:
         if "source" not in texture:
             raise ContentsError(f"its texture {texture_use['index']} is in a form that is not known here")
         if (name := f"TEXCOORD_{texture_use.get('texCoord', 0)}") not in attributes:
-            self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
+            self.assembly.lost[f"the texture of mesh {k}, which has no {name}"] = None
             return -1, None, colour
         uv = self._attribute(k, attributes, name)
         return self._image(texture["source"]), _upright(uv), colour
@@ -266,7 +266,7 @@ class _Reader:
             raise ContentsError(f"its buffer view {k} ends at byte {end:,} of a buffer of {len(data):,}")
         stride = view.get("byteStride")
         if "byteStride" in view and not 4 <= _whole(stride, f"the stride of buffer view {k}") <= 252:
-            raise ContentsError(f"the stride of buffer view {k} is {stride}")
+            raise ContentsError(f"the stride of buffer view {k} is {stride}, and not 4 to 252")
         return data[start:end], stride
 
     def _accessor(self, k: int) -> Array:

@@ -123,7 +123,7 @@ def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
 
 
 def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the faces of a mesh as a binary file, with the header of its source if that is an STL file."""
+    """Writes the faces of a mesh as a binary file, with the header of an STL source if `read_stl` kept it."""
     head = mesh.document(bytes) or _HEAD
     if not (m := len(mesh.faces)):
         raise ContentsError("the format holds triangles alone, and the mesh has none")
@@ -343,5 +343,5 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 def _curves(mesh: MeshData) -> list[list[int]]:
     if not len(mesh.edges):
-        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section cuts some")
+        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section cuts a mesh into some")
     return list(polylines(mesh.edges))

@@ -141,7 +141,7 @@ def lex(
     return t, length
 
 
-#: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty token between slashes or after the last slash
+#: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty token beside a slash
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
 #: added to the kind of a token that follows a slash instead of a blank
 AFTER_SLASH = 8

@@ -439,11 +439,11 @@ class FilterMethods(metaclass=LateMethods):
             weight: The weight w that holds vertices in place, in 1 / (mean edge)^4. Larger stays closer to the input: 0.02
                 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of at least 0.
             features: The features to keep. 'none'; 'curvature': ridges, where the surface bends by more than the feature angle,
-                stay sharp; 'scalar': parts with a high vertex scalar.
+                stay sharp; 'scalar': parts whose vertex scalar is far from 0.
             feature_angle: For 'curvature': the angle between adjacent triangles, in degrees, at which W is 1/2; noise is
                 filtered out beforehand. Larger keeps only sharper ridges. Takes a number from 1 to 179.
-            feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts with higher
-                scalars. Takes a number from 1e-30 to 1e+30.
+            feature_scalar: For 'scalar': q0 in W = 1 / (1 + (q / q0)^2) at a scalar q. Larger keeps only parts farther from 0.
+                Takes a number from 1e-30 to 1e+30.
             border: How vertices on open borders move. 'fixed': they stay. 'along': they are smoothed as a curve, with only
                 their neighbours on the border. 'free': they move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -759,10 +759,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Makes the relief of a surface, such as worn letters, higher, and keeps the shape, the size and the borders.
 
-        Vertices move along the normals of the surface without relief; waves shorter or longer than those of the relief stay.
-        Near open borders and in thin parts vertices move less; parts far thinner than the longest wave stay. Returns the
-        shortest and the longest wavelength of the relief, its height in the input (root mean square), and the largest
-        displacement.
+        Vertices move along the normals that the surface would have without relief; waves shorter or longer than those of the
+        relief stay. Near open borders and in thin parts vertices move less; parts far thinner than the longest wave stay.
+        Returns the shortest and the longest wavelength of the relief, its height in the input (root mean square), and the
+        largest displacement.
 
         Args:
             gain: The factor for the height of the relief. Larger makes the relief higher, a gain below 1 flatter; 1 changes

@@ -27,8 +27,8 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
     "open": ("border edges", 1, math.inf, "there are borders", "there is no border"),
     "range map": ("facing", ONE_SIDED, math.inf, "the surface is seen from one side", "the surface faces all sides"),
     "camera noise": ("camera noise", 1, 1, "there is noise that neighbours share", "there is no noise that neighbours share"),
-    "sharp": ("sharpness", SHARP, 1, "most of the bending is at sharp edges", "most of the bending is not at sharp edges"),
-    "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
+    "sharp": ("sharpness", SHARP, 1, "most of the bending is at sharp edges", "much of the bending is not at sharp edges"),
+    "smooth": ("sharpness", 0, SHARP, "much of the bending is not at sharp edges", "most of the bending is at sharp edges"),
     "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
 }
 #: the quantities that are counts, and the quantities that need an article in a sentence
@@ -112,7 +112,7 @@ _PERCENT = re.compile(r"((?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)\s*%?
 class Guards:
     """The limits of a run; a limit that is not set is None or empty."""
 
-    max_displacement: Length | None = None  # the largest displacement of a vertex that is in both the input and the result
+    max_displacement: Length | None = None  # of a vertex of the input, or in a new mesh from the input's surface
     max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
     require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
     keep_sharp: float | None = None  # the least share of the length of sharp edges that must stay sharp, in percent

@@ -60,8 +60,9 @@ def run_by_tiles(
 ) -> RunResult:
     """Carries out a job by tiles of at most `most` points or vertices; None: tiles are as large as the memory allows.
 
-    `memory_limit` of the job bounds the command and all workers together. With `resume` the run continues from the files of a
-    killed run, and a failure keeps the temporary files. `check_wanted` is called about twice a second, and may raise to stop.
+    Tiles are sized so that command and workers together stay within the `memory_limit` of the job. With `resume` the run
+    continues from the files of a killed run, and a failure keeps the temporary files. `check_wanted` is called twice a second
+    or more often, and may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -188,7 +189,7 @@ class _TiledRun:
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:
-        """Sends the events of a step; yields a dict for values, "notes" and "lengths" in mesh units, and a progress function."""
+        """Sends a step's events; yields a dict to fill (values, "notes", "lengths" in mesh units) and a progress function."""
         self._report_skipped(number)
         script, values = self.job.recipe.script, dict[str, Any]()
         step = script.steps[number - 1]
