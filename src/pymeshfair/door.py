@@ -390,8 +390,7 @@ def _faux(mesh: MeshData) -> NDArray[np.int32]:
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
     keys = np.concatenate([np.repeat(polygon[inner], 3)[:, None], ends], axis=1)
     _, index, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    within = (counts[index.ravel()] == 2).reshape(-1, 3)
-    marks[inner] = within @ np.array(_FAUX, np.int32)
+    marks[inner] = (counts[index.ravel()] == 2).reshape(-1, 3) @ np.array(_FAUX, np.int32)
     return marks
 
 
@@ -404,8 +403,7 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
         vertex["flags"] = mesh.vertex_selection * np.int32(_SELECTED)
     face = {name: of_faces[name] for name in ("scalars", "colors", "wedge_texture_coordinates") if name in of_faces}
     if "selection" in of_faces or "polygon" in of_faces:
-        marks = mesh.face_selection * np.int32(_SELECTED)
-        face["flags"] = marks | _faux(mesh) if "polygon" in of_faces else marks
+        face["flags"] = mesh.face_selection * np.int32(_SELECTED) | (_faux(mesh) if "polygon" in of_faces else np.int32(0))
     if "wedge_texture_coordinates" in of_faces and "texture" in of_faces:
         face["texnumber"] = of_faces["texture"]
     return MeshData(
