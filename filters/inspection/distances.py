@@ -239,7 +239,7 @@ def _largest(
             quarters, below = _above(largest * scale * _PROVEN, quarters)
             smaller.append(quarters)
             proven_bound = max(proven_bound, below)
-        parts, below = _above(largest * scale * _PROVEN, _Parts(*map(np.concatenate, zip(*smaller, strict=True))))
+        parts, below = _above(largest * scale * _PROVEN, _Parts(*(np.concatenate(v) for v in zip(*smaller, strict=True))))
         proven_bound = max(proven_bound, below)
     return largest, furthest, face, max(float(parts.bounds.max(initial=proven_bound)) / scale, largest)
 

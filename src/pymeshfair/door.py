@@ -403,7 +403,8 @@ def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
         vertex["flags"] = mesh.vertex_selection * np.int32(_SELECTED)
     face = {name: of_faces[name] for name in ("scalars", "colors", "wedge_texture_coordinates") if name in of_faces}
     if "selection" in of_faces or "polygon" in of_faces:
-        face["flags"] = mesh.face_selection * np.int32(_SELECTED) | (_faux(mesh) if "polygon" in of_faces else np.int32(0))
+        marks = mesh.face_selection * np.int32(_SELECTED)
+        face["flags"] = marks | _faux(mesh) if "polygon" in of_faces else marks
     if "wedge_texture_coordinates" in of_faces and "texture" in of_faces:
         face["texnumber"] = of_faces["texture"]
     return MeshData(
