@@ -198,9 +198,7 @@ def _eliminate(network: CompressedRows, mass: Floats, chains: Chains, shares: Fl
         start, stop = starts[c], starts[c + 1]
         first, ring = order[start], closed[c]
         ground_of_first = _ground(network, mass, order, start, stop, start, ring) if ring else 0.0
-        carried, back = 0.0, 0.0
-        if ring:
-            back = _weight(network, order[start + 1], first)
+        carried, back = 0.0, _weight(network, order[start + 1], first) if ring else 0.0
         for k in range(start + 1 if ring else start, stop):
             ground = carried + _ground(network, mass, order, start, stop, k, ring)
             last = k == stop - 1
@@ -239,8 +237,7 @@ def _weight(network: CompressedRows, i: int, j: int) -> float:
     offsets, columns, weights = network
     for e in range(offsets[i], offsets[i + 1]):
         if columns[e] == j:
-            weight: float = weights[e]
-            return weight
+            return float(weights[e])
     return 0.0
 
 

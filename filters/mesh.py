@@ -204,8 +204,7 @@ class NormalisedMesh:
         """(k,) which points may move; None for all."""
         if self.movable_vertices is None or self.order is None:
             return self.movable_vertices
-        movable: Bools = self.movable_vertices[self.order]
-        return movable
+        return np.asarray(self.movable_vertices[self.order])
 
     @property
     def used(self) -> Ints:

@@ -137,8 +137,7 @@ def apply_coord_normal_filtering(
     vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
     if made is not None and not set_values and compare:
         findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
-    is_open = bool(border_vertices(layer.faces, len(vertices)).any())
-    notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
+    notes = denoising.notes_of_choice(made, set_values, is_open=bool(border_vertices(layer.faces, len(vertices)).any()))
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=(*notes, *_warnings(layer, before, after)))
@@ -224,8 +223,7 @@ def _mean_displacement(layer: Layer, vertices: Floats) -> float:
     if not used.any() or layer.mean_edge == 0.0:
         return 0.0
     # Divide by the edge first, so that squares neither overflow nor vanish.
-    moved = (vertices - layer.vertices)[used] / layer.mean_edge
-    return float(np.linalg.norm(moved, axis=1).mean())
+    return float(np.linalg.norm((vertices - layer.vertices)[used] / layer.mean_edge, axis=1).mean())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -217,8 +217,7 @@ def _remade(layer: Layer, chosen: Bools, energy: fairing.Energy, rounds: int, pr
     lower = sum(used != energy for used in filling.energies)
     notes = []
     if (chosen & ~region).any():
-        reason = "have no triangle, or one that touches an open border"
-        notes.append(_staying(chosen, int((chosen & region).sum()), reason))
+        notes.append(_staying(chosen, int((chosen & region).sum()), "have no triangle, or one that touches an open border"))
     if lower:
         notes.append(f"{lower} of {len(filling.closed)} parts of the region needed a simpler energy than {energy!r}.")
     return Edit(

@@ -219,8 +219,7 @@ class _HeightNeighbours(NamedTuple):
         rings = one_rings(mesh.cells, len(mesh))
         curves = rings.along_border()
         on_curve = (np.diff(curves.offsets) > 0) & (border == "along")
-        ends = ring_ends(mesh.cells, len(mesh))
-        return _HeightNeighbours(_moving(mesh, border), *rings[:2], on_curve, *curves[:2], *ends)
+        return _HeightNeighbours(_moving(mesh, border), *rings[:2], on_curve, *curves[:2], *ring_ends(mesh.cells, len(mesh)))
 
 
 @compiled(parallel=True)

@@ -76,10 +76,9 @@ def _listed(count: int, kernel: Callable[..., None], *arguments: Any) -> FaceNei
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
     """Returns the mean distance between centres of edge neighbours, by the table of `measure_faces`; 0 if there are none."""
-    sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
     # An exact sum does not depend on the order of the faces. Iterating over the buffer is faster than over the array.
-    return math.fsum(sums.data) / count if count else 0.0
+    return math.fsum(centre_distance_sums(table, edge_neighbours).data) / count if count else 0.0
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:

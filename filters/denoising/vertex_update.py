@@ -218,7 +218,6 @@ def _share_without_flips(
     share = 1.0
     for _ in range(_HALVINGS + 1):
         x, y, z = share * step[0], share * step[1], share * step[2]
-        flips = False
         for k in range(start, stop):
             f, a, b = np.uint32(rows[k, 0]), np.uint32(rows[k, 1]), np.uint32(rows[k, 2])
             nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]
@@ -229,9 +228,8 @@ def _share_without_flips(
             wx, wy, wz = vx - ux, vy - uy, vz - uz
             change = (y * wz - z * wy) * nx + (z * wx - x * wz) * ny + (x * wy - y * wx) * nz
             if before > 0.0 and before - change <= 0.0:
-                flips = True
                 break
-        if not flips:
+        else:
             return share
         share *= 0.5
     return 0.0

@@ -10,7 +10,7 @@ from ..checks import FilterInputError, UnstableStepError, check_choice, check_po
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, check_movable
-from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
+from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
 #: The M-estimators with a finite weight at 0. Their weights divided by the weight at 0 are edge-stopping functions g [black1998].
@@ -85,11 +85,10 @@ def perona_malik(
     else:
         check_positive("contrast", contrast, note="; None takes it from the values")
     now, following = start.copy(), start.copy()
-    kernel: KernelName = edge_stop
-    sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # the Lorentzian has sigma^2 = c^2 / 2; here c is 1
+    sigma = math.sqrt(0.5) if edge_stop == "lorentzian" else 1.0  # the Lorentzian has sigma^2 = c^2 / 2; here c is 1
     with threads_for(len(start)):
         for iteration in range(steps if contrast > 0.0 else 0):
-            _diffuse(now, following, moves, rings, KERNEL_CODES[kernel], sigma, contrast, step)
+            _diffuse(now, following, moves, rings, KERNEL_CODES[edge_stop], sigma, contrast, step)
             now, following = following, now
             progress((iteration + 1) / steps)
     # Rounding may put a value one bit outside the range.
@@ -132,8 +131,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
             f"faces name the vertices {faces.min()} to {faces.max()}, but there are values for 0 to {len(values) - 1}"
         )
     columns = np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1))
-    bad = ~np.isfinite(columns).all(axis=1)
-    if bad.any():
+    if (bad := ~np.isfinite(columns).all(axis=1)).any():
         raise FilterInputError(
             f"{int(bad.sum())} of {len(values)} vertices have a value that is not finite, the first is vertex "
             f"{int(bad.argmax())}: give these vertices values first"

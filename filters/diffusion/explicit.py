@@ -130,8 +130,7 @@ def explicit_surface(
         mesh = mesh.by_place()
     star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
-        advance = explicit_stencil(mesh, star, operator, border=border, update=update)
-    return ExplicitSurface(mesh, advance)
+        return ExplicitSurface(mesh, explicit_stencil(mesh, star, operator, border=border, update=update))
 
 
 def taubin_fairing(

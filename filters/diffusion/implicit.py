@@ -14,7 +14,7 @@ from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..geometry import vertex_normals_by_area
 from ..libraries import optimize, sparse
 from ..linear_solvers import SpdSolver
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, check_mesh, mask_of, normalised_mesh, worth_reordering
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, proper_faces, stars
 
@@ -159,9 +159,7 @@ class _Flow:
         self._diagonal = mesh.diagonal
         self._border_edges = stars(self._faces, len(points)).border_edges()
         self._along = border == "along" and len(self._border_edges) > 0
-        on_border = np.zeros(len(points), dtype=np.bool_)
-        if border != "free":
-            on_border[self._border_edges] = True
+        on_border = mask_of(self._border_edges, len(points)) & (border != "free")
         fixed = np.zeros(len(points), dtype=np.bool_) if mesh.movable is None else ~mesh.movable
         self._fixed, self._fixed_on_curve = fixed | on_border, fixed | ~on_border
         self.components = connected_components(self._faces, len(points))[0]
@@ -367,10 +365,9 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
 
 def _measure(points: Floats, volumes: Volumes) -> tuple[Floats, Floats]:
     """Returns the volumes, 0 if they are only rounding, and the centroids of the surfaces."""
-    count = len(volumes.volumes)
 
     def per_component(values: Floats) -> Floats:
-        return np.asarray(np.bincount(volumes.component, weights=values, minlength=count), dtype=np.float64)
+        return np.asarray(np.bincount(volumes.component, weights=values, minlength=len(volumes.volumes)), dtype=np.float64)
 
     a, b, c = (points[volumes.faces[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -53,8 +53,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         return None
     with suppress(ConvergenceError):
         for band in BANDS:
-            lost = _lost_in(band, points, result, triangles, edge, level)
-            if lost is not None:
+            if (lost := _lost_in(band, points, result, triangles, edge, level)) is not None:
                 return ReliefLoss(lost, band[0])
     return None
 

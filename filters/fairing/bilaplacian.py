@@ -116,8 +116,7 @@ def bilaplacian_smoothing(
     def minimiser(operator: SurfaceOperator, even: Bools) -> Floats:
         # A border vertex has no closed star for a Laplacian: bending costs 0 there, except on an evened component's free border.
         bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
-        quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
-        return quadratic.minimiser(start, prescribed, inside, diagonal, report)
+        return BendingEnergy(operator.dirichlet, operator.mass, bending, w).minimiser(start, prescribed, inside, diagonal, report)
 
     report = rising(progress, 0.1, 1.0)  # for both solutions, so that the share does not fall
     edges = border_edges(triangles)
@@ -126,9 +125,8 @@ def bilaplacian_smoothing(
     with threads_for(len(start)):
         if border == "along" and (at_border & moves).any():
             curve = curve_laplacian(start, edges, "laplace_beltrami")
-            inverse = curve.inverse_mass
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
-            quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
+            quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, curve.inverse_mass * features, w)
             displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
@@ -233,19 +231,15 @@ class FloatingComponents(NamedTuple):
 
     def centred(self, values: Floats) -> Floats:
         """Subtracts from the values the mass-weighted mean of each floating component."""
-        if not self._any:
+        if not (self.labels >= 0).any():
             return values
         return values - self._spread(self._sums(self.mass[:, None] * values))
 
     def balanced(self, forces: Floats) -> Floats:
         """The transpose of `centred`: subtracts the sum of the forces of each component, distributed by mass."""
-        if not self._any:
+        if not (self.labels >= 0).any():
             return forces
         return forces - self.mass[:, None] * self._spread(self._sums(forces))
-
-    @property
-    def _any(self) -> bool:
-        return bool((self.labels >= 0).any())
 
     @property
     def _is_one(self) -> bool:

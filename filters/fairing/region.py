@@ -144,8 +144,7 @@ class _System(NamedTuple):
         if self.order == 1:
             return self.inner
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ self.columns)
-        product = self.columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
-        return sparse.csr_matrix(product)
+        return sparse.csr_matrix(self.columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled))
 
     def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         # A membrane is so well-conditioned that the residual of the first guess needs only ordinary precision.
@@ -167,8 +166,7 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
     columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
-    inner = sparse.csr_matrix(columns[part.free])
-    return _System(operator.dirichlet, columns, inner, inverse, order, part.points, part.free)
+    return _System(operator.dirichlet, columns, sparse.csr_matrix(columns[part.free]), inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:

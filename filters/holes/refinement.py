@@ -121,8 +121,7 @@ def _height(triangle: Floats) -> float:
 def _too_large(points: Floats, sizes: Floats, triangles: Ints) -> Bools:
     centroids, size = points[triangles].mean(axis=1), sizes[triangles].mean(axis=1)
     reach = DENSITY * np.linalg.norm(points[triangles] - centroids[:, None], axis=2)
-    large: Bools = ((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1)
-    return large
+    return np.asarray(((reach > size[:, None]) & (reach > sizes[triangles])).all(axis=1))
 
 
 def _split(count: int, triangles: Ints, chosen: Ints) -> Ints:
@@ -159,9 +158,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     """Whether the triangles (a, d, c) and (d, b, c) are better than (a, b, c) and (b, a, d)."""
     now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
-    if not now > np.pi + _GAIN:
-        return False
-    if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
+    if not (now > np.pi + _GAIN and now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN):
         return False
     # The new triangles must not be folded over each other, unless the old ones are folded at least as much.
     after = _facing(points, a, d, c, d, b, c)

@@ -355,8 +355,7 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
     """1 - cos of the angle between two unit normals; 0 if the second one is 0."""
     if b[0] == 0.0 and b[1] == 0.0 and b[2] == 0.0:
         return 0.0
-    cosine: float = ax * b[0] + ay * b[1] + az * b[2]
-    return 1.0 - cosine
+    return float(1.0 - (ax * b[0] + ay * b[1] + az * b[2]))
 
 
 @compiled

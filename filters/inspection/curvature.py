@@ -160,8 +160,7 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
     # Two directions perpendicular to the lamps; angles are measured from the first.
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
-    angles = np.arctan2(reflected @ second, reflected @ first)
+    angles = np.arctan2(reflected @ np.cross(axis, first), reflected @ first)
     brightness = 0.5 + 0.5 * np.clip(np.cos(round(stripes) * angles) / _SOFTNESS, -1.0, 1.0)
     brightness[~normals.any(axis=1)] = 0.5
     return np.asarray(brightness)

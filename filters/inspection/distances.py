@@ -186,9 +186,7 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     samples, areas = face_samples(points - to.mesh.middle, triangles, count)
     area = float(areas.sum())
     weights = areas / area if area > 0.0 else np.full(len(areas), 1.0 / len(areas))
-    sampled = at_vertices
-    if len(triangles):
-        sampled = to.nearest(sample_places(points, triangles, samples, np.arange(len(weights))))
+    sampled = to.nearest(sample_places(points, triangles, samples, np.arange(len(weights)))) if len(triangles) else at_vertices
     proven = _largest(points, triangles, at_vertices.signed, samples, sampled, to)
     at_furthest = math.copysign(proven[0], to.nearest(proven[1][None]).signed[0])
     return SurfaceDistance(samples, weights, sampled.signed, sampled.elements, at_vertices.signed, *proven, at_furthest)
@@ -241,8 +239,7 @@ def _largest(
             quarters, below = _above(largest * scale * _PROVEN, quarters)
             smaller.append(quarters)
             proven_bound = max(proven_bound, below)
-        joined = _Parts(*(np.concatenate(values) for values in zip(*smaller, strict=True)))
-        parts, below = _above(largest * scale * _PROVEN, joined)
+        parts, below = _above(largest * scale * _PROVEN, _Parts(*(np.concatenate(v) for v in zip(*smaller, strict=True))))
         proven_bound = max(proven_bound, below)
     return largest, furthest, face, max(float(parts.bounds.max(initial=proven_bound)) / scale, largest)
 

@@ -13,6 +13,7 @@ from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_edges, check_mesh, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..topology import connected_components, corner_at, faces_by_edge, listed_edges, proper_faces, referenced_vertices, root_of
+from .curvature import at_vertices
 
 
 @dataclass(frozen=True)
@@ -149,10 +150,7 @@ def measures_and_connectivity(
     segments = check_edges(edges, n_vertices)
     mesh = normalised_mesh(points, triangles if n_faces else segments)
     unit, diagonal = 1.0 / mesh.scale, box_diagonal(points)
-    points = mesh.points
-    if len(mesh) < n_vertices:
-        points = np.zeros((n_vertices, 3))
-        points[mesh.used] = mesh.points
+    points = mesh.points if len(mesh) == n_vertices else at_vertices(mesh, mesh.points)
     topology = former
     if topology is None or not topology.is_of(n_vertices, triangles, segments):
         topology = connectivity(n_vertices, triangles, segments)

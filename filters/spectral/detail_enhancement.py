@@ -164,8 +164,7 @@ def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
     ends = edges(mesh.cells)
     lengths = np.linalg.norm(mesh.points[ends[:, 0]] - mesh.points[ends[:, 1]], axis=1)
     graph = sparse.csr_array((np.maximum(lengths, 1e-300), (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
-    distance = sparse.csgraph.dijkstra(graph, directed=False, indices=border, min_only=True, limit=width)
-    return _eased(distance / width)
+    return _eased(sparse.csgraph.dijkstra(graph, directed=False, indices=border, min_only=True, limit=width) / width)
 
 
 def _eased(x: Floats) -> Floats:

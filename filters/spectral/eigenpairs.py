@@ -156,8 +156,7 @@ def component_modes(
     kappa, vectors = modes.kappa[order], modes.vectors[:, order]
     random = np.random.default_rng(0).normal(size=n)
     random[:] = np.where(random @ vectors[:, 0] < 0.0, -random, random)
-    signs = np.where(random @ vectors < 0.0, -1.0, 1.0)
-    vectors *= signs
+    vectors *= np.where(random @ vectors < 0.0, -1.0, 1.0)
     vectors /= root[:, None]
     vectors /= np.sqrt(unit)
     return kappa / unit, vectors
@@ -284,8 +283,7 @@ def lowest_modes(
     A is scaled so that its k-th eigenvalue is about k. `kernel` is the unit vector with A kernel = 0, and `count` is
     well below n. `tolerance` limits the residual |A x - kappa x| as a share of kappa.
     """
-    n = len(kernel)
-    widest = _BAND if n < _LARGE else _BAND_OF_LARGE
+    widest = _BAND if len(kernel) < _LARGE else _BAND_OF_LARGE
     kappa, modes = np.zeros(1), np.asfortranarray(kernel[:, None])
     spacing = 1.0
     for round_ in range(_ROUNDS):
@@ -344,13 +342,11 @@ def _refined_modes(
         energy = np.empty((len(kappa), len(kappa)))
         for group in groups(len(kappa), progress):
             energy[:, group] = inner_products(vectors, sparse_product(operator, vectors[:, group]), progress)
-        overlap = inner_products(vectors, vectors, progress)
-        kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
+        kappa, weights = linalg.eigh(0.5 * (energy + energy.T), inner_products(vectors, vectors, progress), check_finite=False)
         vectors = combined(vectors, weights, progress)
     # Gram-Schmidt by the Cholesky factor adds to a mode only lower modes, whose residuals have smaller limits.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
-    inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
-    return kappa, combined(vectors, inverse, progress)
+    return kappa, combined(vectors, linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False), progress)
 
 
 def _factors_at_next_shift(
@@ -396,8 +392,7 @@ def modes_near(
     basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
     size, next_test = 0, int(_FIRST_TEST * count) + _SMALL
     while True:
-        now = basis[:, size : size + BLOCK]
-        block = factors.solve(now)
+        block = factors.solve(basis[:, size : size + BLOCK])
         progress(min(1.0, size / (2.0 * count + _SMALL)))
         # Nearly all overlap is with the last two blocks. Once it is removed, one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)

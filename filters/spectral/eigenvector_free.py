@@ -222,8 +222,7 @@ class _System:
         reference = root * max(m_norm(self._mass, values), np.finfo(float).tiny)
         share = min(max(allowed * root / reference, FINEST_TOLERANCE), 1e-3)
         solution = self._solver.solve(right, tolerance=share, reference=reference, start=guess, progress=progress)
-        by_factors = solution.method == "cholesky"
-        return solution.values, self._bound(right, solution.values)[0] if by_factors else solution.error / root
+        return solution.values, self._bound(right, solution.values)[0] if solution.method == "cholesky" else solution.error / root
 
     def _bound(self, right: Floats, x: Floats) -> tuple[float, Floats]:
         """Returns a bound of the error, |A^-1 r|_M <= |r|_{M^-1} / sigma, and the residual r."""
@@ -279,8 +278,7 @@ def chebyshev_series(
         return ChebyshevSeries(np.zeros(1), math.inf)
     samples = max(_FIRST_SAMPLES, math.ceil(_SAMPLES_A_WIDTH / width))
     while True:
-        nodes = np.cos(np.pi * (np.arange(samples) + 0.5) / samples)
-        coefficients: Floats = fft.dct(function(nodes), type=2) / samples
+        coefficients: Floats = fft.dct(function(np.cos(np.pi * (np.arange(samples) + 0.5) / samples)), type=2) / samples
         coefficients[0] *= 0.5
         sizes = np.abs(coefficients)
         second_half = float(sizes[samples // 2 :].sum())
@@ -290,8 +288,7 @@ def chebyshev_series(
         samples *= 2
     # tails[k] is the error of a series of degree k - 1. Coefficients beyond the N computed ones sum to less than the second half.
     tails = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) + second_half
-    degree = int(np.argmax(tails[1:] <= max(tolerance, tails[-1])))
-    degree = min(degree, largest_degree)
+    degree = min(int(np.argmax(tails[1:] <= max(tolerance, tails[-1]))), largest_degree)
     return ChebyshevSeries(coefficients[: degree + 1].copy(), float(tails[degree + 1]))
 
 
@@ -357,7 +354,7 @@ def polynomial_filter(
 
 def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress) -> Floats | None:
     """Returns the sum of c_k T_k(A) x, given 2 A; None if the norm of T_k(A) x grows."""
-    now, before = start.copy(), np.empty_like(start)
+    now, before = start.copy(), np.zeros_like(start)
     total: Floats = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
     rows = CompressedRows.of(doubled)
@@ -365,8 +362,6 @@ def _sum_series(doubled: sparse.csr_matrix, start: Floats, coefficients: Floats,
     with threads_for(len(start)):
         for k in range(1, degree + 1):
             # T_1 = A x is half of 2 A x - 0.
-            if k == 1:
-                before[:] = 0.0
             _advance(rows, now, before, total, coefficients[k], 0.5 if k == 1 else 1.0)
             now, before = before, now
             if (k % _CHECKED_EVERY == 0 or k == degree) and not float((now * now).sum()) <= allowed:
@@ -427,13 +422,12 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     n = symmetric.shape[0]
     if n < 4 * _LANCZOS_STEPS:
         return math.inf
-    steps = _LANCZOS_STEPS
     q = np.random.default_rng(0).uniform(-1.0, 1.0, n)
     q /= math.sqrt(float((q * q).sum()))
     before = np.zeros(n)
-    diagonal, off = np.zeros(steps), np.zeros(steps)
+    diagonal, off = np.zeros(_LANCZOS_STEPS), np.zeros(_LANCZOS_STEPS)
     beta = 0.0
-    for k in range(steps):
+    for k in range(_LANCZOS_STEPS):
         w = symmetric @ q - beta * before
         # NumPy's sums have a fixed order; BLAS would divide an inner product among its threads.
         diagonal[k] = alpha = float((w * q).sum())

@@ -110,8 +110,7 @@ def spectrum(
         kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=part_of(progress, 0.0, _SHARE_OF_MODES))
     energies = np.empty(len(kappa))
     for k in range(len(kappa)):  # one by one, because the rounding of a matrix product may depend on the number of threads
-        weighted = problem.mass * shapes[:, k]
-        along = np.einsum("i,ij->j", weighted, remainder)
+        along = np.einsum("i,ij->j", problem.mass * shapes[:, k], remainder)
         energies[k] = float(along @ along) / area
         remainder -= shapes[:, k, None] * along
     step_count = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
@@ -146,8 +145,7 @@ def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Fl
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     """Adds mass where S_ii / M_i is highest, see `spectrum`; twice the highest S_ii / M_i then estimates the largest kappa."""
     diagonal, mass = problem.dirichlet.diagonal(), problem.mass
-    ratio = diagonal / mass
-    stiffest = np.argsort(-ratio, kind="stable")
+    stiffest = np.argsort(-(diagonal / mass), kind="stable")
     # With the mass S_ii / bound, vertex i has the ratio `bound`. For bounds[k] the k + 1 stiffest gain `_ADDED` of all mass.
     bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
     # bounds[k] rises as long as the next ratio is above it. At the maximum no vertex after the first k + 1 has a ratio above it.
@@ -181,8 +179,7 @@ def energy_quadrature(problem: SpectralProblem, values: Floats, steps: int, *, p
 
     Each of the three columns has its own nodes; a column of zeros has none.
     """
-    symmetric = symmetric_form(problem.dirichlet, problem.mass)
-    matrix = CompressedRows.of(symmetric)
+    matrix = CompressedRows.of(symmetric_form(problem.dirichlet, problem.mass))
     now = np.sqrt(problem.mass)[:, None] * values
     norms = np.sqrt(np.einsum("ij,ij->j", now, now))
     if not norms.any():
@@ -269,14 +266,12 @@ def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
             g = diagonal[high] - diagonal[low] + beside[low] / (g + math.copysign(math.hypot(g, 1.0), g))
             sine = cosine = 1.0
             shift = 0.0
-            split = False
             for i in range(high - 1, low - 1, -1):
                 f, b = sine * beside[i], cosine * beside[i]
                 r = math.hypot(f, g)
                 beside[i + 1] = r
                 if r == 0.0:
                     diagonal[i + 1] -= shift
-                    split = True
                     break
                 sine, cosine = f / r, g / r
                 g = diagonal[i + 1] - shift
@@ -287,7 +282,7 @@ def _iterated(diagonal: Floats, beside: Floats, first: Floats) -> bool:
                 f = first[i + 1]
                 first[i + 1] = sine * first[i] + cosine * f
                 first[i] = cosine * first[i] - sine * f
-            if not split:
+            else:
                 diagonal[low] -= shift
                 beside[low] = g
             beside[high] = 0.0

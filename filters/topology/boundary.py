@@ -57,8 +57,7 @@ def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
     starts, ends = np.where(rises, border[:, ::-1], border).T
     order = np.lexsort((ends, starts))
     starts, ends, opposite = starts[order], ends[order], (corners.sum(axis=1) - low - high).astype(np.int32)[order]
-    non_manifold = mask_of(listed_edges(*by_edge, 3)[0], len(vertices))
-    following, breaks = _successors(starts, ends, faces, vertices, non_manifold)
+    following, breaks = _successors(starts, ends, faces, vertices, mask_of(listed_edges(*by_edge, 3)[0], len(vertices)))
     cycles, rest = _cycles(following)
     return Boundary([BoundaryLoop(starts[cycle], opposite[cycle]) for cycle in cycles], _broken(starts[rest], ends[rest], breaks))
 
@@ -196,11 +195,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
             labels[a] = labels[b] = labels[c] = 0
             for v in (b, c):
                 u, w = root_of(parent, a), root_of(parent, v)
-                # The lower root wins, so that a component's root is its lowest vertex.
-                if u < w:
-                    parent[w] = u
-                else:
-                    parent[u] = w
+                parent[max(u, w)] = min(u, w)  # so that a component's root is its lowest vertex
     count = 0
     for i in range(n_vertices):
         if labels[i] == 0:

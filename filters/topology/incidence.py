@@ -159,8 +159,7 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     with threads_for(n_vertices):
         _sort_and_count(offsets, ends, ring_offsets)
         np.cumsum(ring_offsets, out=ring_offsets)
-        neighbours = np.empty(ring_offsets[-1], dtype=np.int32)
-        face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
+        neighbours, face_counts = (np.empty(ring_offsets[-1], dtype=np.int32) for _ in range(2))
         _compress(offsets, ends, ring_offsets, neighbours, face_counts)
     return OneRings(ring_offsets, neighbours, face_counts)
 

@@ -208,8 +208,7 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
         vertex, slot = ends[min(first + (entry >> _PLACE & _PLACES), last - _U(2)) + _U(1)], entry & _SLOTS
         place += way
         k += _U(1)
-    is_walk: bool = (vertex == begin) & (wrong == _U(0)) & (size > _U(1))
-    return is_walk
+    return bool((vertex == begin) & (wrong == _U(0)) & (size > _U(1)))
 
 
 @compiled

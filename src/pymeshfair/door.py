@@ -390,8 +390,7 @@ def _faux(mesh: MeshData) -> NDArray[np.int32]:
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
     keys = np.concatenate([np.repeat(polygon[inner], 3)[:, None], ends], axis=1)
     _, index, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    within = (counts[index.ravel()] == 2).reshape(-1, 3)
-    marks[inner] = within @ np.array(_FAUX, np.int32)
+    marks[inner] = (counts[index.ravel()] == 2).reshape(-1, 3) @ np.array(_FAUX, np.int32)
     return marks
 
 

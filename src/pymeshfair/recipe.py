@@ -50,8 +50,7 @@ class RecipeInfo:
     @property
     def behind(self) -> str:
         """The recipe that is better by `measure`: ``denoise`` for ``Judged: normals, after denoise``; may be empty."""
-        match = re.search(r"\bafter (\w+)", self.judged)
-        return match[1] if match else ""
+        return match[1] if (match := re.search(r"\bafter (\w+)", self.judged)) else ""
 
     @property
     def conditions(self) -> tuple[Condition, ...]:

@@ -125,8 +125,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
         except MemoryError:  # not the package's fault
             raise
         except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            broken.append(BrokenPlugin(place, "entry_points.txt", reason, traceback.format_exc()))
+            broken.append(BrokenPlugin(place, "entry_points.txt", f"{type(error).__name__}: {error}", traceback.format_exc()))
     return [(name, entry) for name in sorted(by_name, key=lambda n: (n != "pymeshfair", n)) for entry in by_name[name]]
 
 

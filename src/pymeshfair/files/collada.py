@@ -67,8 +67,7 @@ class _Reader:
         instance = self._root.find("./scene/instance_visual_scene")
         if instance is None:
             raise ContentsError("it has no scene, so nothing in it is placed")
-        scene = self._target(instance, "url", "visual_scene")
-        for node in scene.iterfind("node"):
+        for node in self._target(instance, "url", "visual_scene").iterfind("node"):
             self._visit(node, np.eye(4))
         if (count := sum(1 for _ in self._root.iter("visual_scene"))) > 1:
             self.assembly.lost[f"scenes besides the one that it shows ({count - 1})"] = None
@@ -192,16 +191,13 @@ class _Reader:
             raise ContentsError(f"an accessor of its {name} selects {len(places)} of {stride} values, but {least} are needed")
         if offset + count * stride > len(values) + stride - 1 - max(places):
             raise ContentsError(f"an accessor of its {name} needs more than its {len(values):,} numbers: {count:,} x {stride:,}")
-        rows = offset + stride * np.arange(count)[:, None] + places[: len(names)]
-        self._sources[key] = values[rows]
-        return self._sources[key]
+        return self._sources.setdefault(key, values[offset + stride * np.arange(count)[:, None] + places[: len(names)]])
 
     def _look(self, instance: Element) -> _Look:
         if instance.get("target", "")[1:] not in self._ids:
             self.assembly.lost[f"the material {quoted(instance.get('target', ''))}, which is not there"] = None
             return _Look()
-        material = self._target(instance, "target", "material")
-        effect_use = material.find("instance_effect")
+        effect_use = self._target(instance, "target", "material").find("instance_effect")
         effect = None if effect_use is None else self._target(effect_use, "url", "effect")
         diffuse = None if effect is None else effect.find("./profile_COMMON/technique/*/diffuse")
         if diffuse is None or effect is None:

@@ -89,8 +89,7 @@ class _Survey:
                 is_measured = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
                 attributes: dict[str, Array] = {}
                 if self._colored:
-                    levels = _colors(header, fields)
-                    attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
+                    attributes["colors"] = _colors(header, fields, len(places))
                 if self._has_normals:
                     normals = np.stack([fields.get(name, np.zeros(len(places))) for name in _NORMAL], axis=1)
                     attributes["normals"] = _turned(header, normals)
@@ -169,14 +168,12 @@ def _turned(header: Any, vectors: Floats) -> Floats:
     return vectors @ np.asarray(header.rotation_matrix).T if header.has_pose() else vectors
 
 
-def _colors(header: Any, fields: dict[str, Array]) -> NDArray[np.uint8] | None:
-    """Returns (n, 4) 8-bit colours, scaled by the colour limits of the scan; None without colours."""
+def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uint8]:
+    """Returns (n, 4) 8-bit colours, scaled by the colour limits of the scan; white without colours."""
     from pye57 import libe57
 
-    if not set(_COLOR) <= fields.keys():
-        return None
-    levels = np.full((len(fields[_COLOR[0]]), 4), 255, np.uint8)
-    for k, name in enumerate(_COLOR):
+    levels = np.full((count, 4), 255, np.uint8)
+    for k, name in enumerate(_COLOR if set(_COLOR) <= fields.keys() else ()):
         field = libe57.StructureNode(header.points.prototype()).get(name)
         is_deep = field.type() == libe57.NodeType.E57_INTEGER and libe57.IntegerNode(field).maximum() > 255
         least, most = 0.0, 65535.0 if is_deep else 255.0

@@ -213,8 +213,7 @@ class _Reader:
 
     def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
         """Returns texture number (-1 for none), texture coordinates of the vertices, and colour of a primitive."""
-        material = self._at("materials", p["material"]) if "material" in p else {}
-        surface = material.get("pbrMetallicRoughness", {})
+        surface = self._at("materials", p["material"]).get("pbrMetallicRoughness", {}) if "material" in p else {}
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
         if (texture_use := surface.get("baseColorTexture")) is None:
             return -1, None, colour

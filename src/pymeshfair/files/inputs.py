@@ -54,8 +54,7 @@ class References:
 
     def find_image(self, name: str) -> Path | None:
         """Finds an image by its name, else by the last part of the name, since names may be paths of another computer."""
-        last = name.replace("\\", "/").rpartition("/")[2]
-        path = self.find(name) or self.find(last)
+        path = self.find(name) or self.find(name.replace("\\", "/").rpartition("/")[2])
         if path is not None:
             check_image(path, self.mesh, path.name)
         return path
@@ -195,8 +194,7 @@ def completed(path: Path, reading: Reading) -> Reading:
     source = mesh.source
     assert source is not None
     n, m, e = len(mesh.vertices), len(mesh.faces), len(mesh.edges)
-    source = replace(source, side_files=reading.side_files, vertices=n, faces=m, edges=e)
-    mesh = replace(mesh, source=source, label=path.name)
+    mesh = replace(mesh, source=replace(source, side_files=reading.side_files, vertices=n, faces=m, edges=e), label=path.name)
     doubts = list(reading.doubts)
     if not np.isfinite(mesh.vertices).all():
         mesh = mesh.part(np.asarray(np.isfinite(mesh.vertices).all(axis=1)))

@@ -248,8 +248,7 @@ def _counts(tokens: Tokens) -> Counter[str]:
     """Counts lines by their contents (`_LINES`); refuses a line without a keyword of the format."""
     counts = Counter[str]()
     for code, number in zip(*(a.tolist() for a in np.unique(tokens.keywords, return_counts=True)), strict=True):
-        what = _CODES.get(code)
-        if what is not None:
+        if (what := _CODES.get(code)) is not None:
             counts[what] += number
             continue
         for k in np.flatnonzero(tokens.keywords == np.uint64(code)).tolist():
@@ -302,11 +301,10 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     """Parses indices ``vertex/texture coordinate/normal`` on lines: 1 is the first of its kind, -1 the last before the line."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
-    lengths = tokens.lengths
-    mask = np.repeat(chosen, lengths)
+    mask = np.repeat(chosen, tokens.lengths)
     mask[tokens.first[lines]] = False
     kinds, values = tokens.kinds[mask], tokens.values[mask]
-    line_of = np.repeat(lines, lengths[lines] - 1)
+    line_of = np.repeat(lines, tokens.lengths[lines] - 1)
     follows = kinds >= AFTER_SLASH
     kinds = kinds & (AFTER_SLASH - 1)
     slots = follows.astype(np.int8)
@@ -517,8 +515,7 @@ def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | No
     if normals is document.normals:
         return normals
     pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
-    firsts, _ = numbered(pairs)
-    line, normal = pairs[firsts].T
+    line, normal = pairs[numbered(pairs)[0]].T
     line_normals = document.normals.copy()
     line_normals[line] = normals[normal]
     fits = np.allclose(line_normals[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True)
@@ -582,8 +579,7 @@ def _states_to_write(
     first = max(texts, default=-1) + 1
     states[new, -1] = first + kinds
     unused = (name for number in count() if (name := f"material_{number}") not in names)
-    added = {next(unused): look for look in looks[new][firsts].tolist()}
-    for k, (name, (number, *color)) in enumerate(added.items(), first):
+    for k, (name, (number, *color)) in enumerate(zip(unused, looks[new][firsts].tolist(), strict=False), first):
         definition = f"newmtl {name}\n"
         if color[0] >= 0:
             definition += "Kd {!r} {!r} {!r}\n".format(*_SHARES[color].tolist())
@@ -625,7 +621,6 @@ def _face_lines(
     current = [-1] * states.shape[1]
     for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
         state = states[start].tolist()
-        changes = zip(state, current, _ENDS, strict=True)
-        yield from (texts[now] if now >= 0 else end for now, was, end in changes if now != was)
+        yield from (texts[now] if now >= 0 else end for now, was, end in zip(state, current, _ENDS, strict=True) if now != was)
         current = state
         yield "".join(lines[start:end]).encode("ascii")

@@ -43,8 +43,7 @@ class MadeFrom:
         if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
         recipe = record.get("recipe")
-        given = (isinstance(recipe, dict) and recipe.get("sha256"), record.get("options", {}).get("unit"))
-        if given != (self.recipe, self.unit):
+        if (isinstance(recipe, dict) and recipe.get("sha256"), record.get("options", {}).get("unit")) != (self.recipe, self.unit):
             return "was made by another recipe, or with other settings"
         return None
 

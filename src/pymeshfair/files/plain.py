@@ -252,9 +252,8 @@ def _faces(tokens: Tokens, lines: Longs, vertices: Floats) -> tuple[Ints, Ints, 
         chosen = np.flatnonzero(sizes == size)
         colors[chosen] = _colors_of(tokens, lines[chosen], 1 + counts[chosen], size)
     of_edge = counts[of_face] == 2
-    polygons = counts[counts > 2]
     corners_of_faces = corners[~of_edge]
-    triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, polygons)
+    triangles, of_polygon, of_polygons = triangulated(vertices, corners_of_faces, counts[counts > 2])
     attributes = {"colors": colors[counts > 2][of_polygon]} if sizes[counts > 2].any() else {}
     extras = ["colours of edges"] if sizes[counts == 2].any() else []
     return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes | of_polygons, extras
@@ -271,8 +270,7 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
             prefix = letters + prefix
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
     corners = [str(v) for v in mesh.faces.ravel()[shape.places].tolist()]
-    count = len(shape.lengths) + len(mesh.edges)
-    target.write(f"{prefix}OFF\n{len(mesh.vertices)} {count} 0\n".encode("ascii"))
+    target.write(f"{prefix}OFF\n{len(mesh.vertices)} {len(shape.lengths) + len(mesh.edges)} 0\n".encode("ascii"))
     target.writelines(rows(" ".join(["%r"] * len(columns)), columns))
     lines = [f"{len(run)} {' '.join(run)}" for run in runs(corners, shape.lengths)]
     if (colors := mesh.face_attributes.get("colors")) is not None:

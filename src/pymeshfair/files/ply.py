@@ -183,8 +183,7 @@ def _faces_of_rows(table: Table, vertices: Floats, textures: int) -> tuple[Ints,
             raise ContentsError(f"the list 'texcoord' of its face {k + 1:,} has {what}")
         attributes["wedge_texture_coordinates"] = pairs.values.astype(np.float64).reshape(-1, 2)[places]
     if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:
-        wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
-        if wrong.any():
+        if (wrong := ~((numbers >= -1) & (numbers < max(textures, 1)))).any():
             k = int(np.argmax(wrong))
             raise ContentsError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0; there are {textures}")
         attributes["texture"] = numbers.astype(np.int32)[rows]
@@ -235,8 +234,7 @@ def _of_grid(header: PlyHeader, lists: Lists) -> Ints:
     grid = grid.reshape(rows, columns)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
     third, fourth = np.where(d < 0, c, -1), np.where(a < 0, b, -1)  # first corner of the triangle in a cell without d or a
-    corners = ((d, c, a), (a, b, d), (third, a, b), (fourth, d, c))
-    triangles = np.stack([np.stack(each, axis=1) for each in corners], axis=1)
+    triangles = np.array([(d, c, a), (a, b, d), (third, a, b), (fourth, d, c)]).transpose(2, 0, 1)
     return triangles[(triangles >= 0).all(axis=2)].astype(np.int32)
 
 
@@ -244,8 +242,7 @@ def _edges(table: Table | None, count: int) -> Ints:
     pairs = None if table is None else _vectors(table, EDGE)
     if pairs is None:
         return np.empty((0, 2), np.int32)
-    wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
-    if wrong.any():
+    if (wrong := ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)).any():
         raise ContentsError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is not among its {count:,}")
     return pairs.astype(np.int32)
 

@@ -111,8 +111,7 @@ def parse_header(data: bytes) -> PlyHeader:
     """Parses the header at the beginning of the bytes."""
     if not data.startswith(b"ply"):
         raise ContentsError("it does not begin with 'ply'")
-    end = _END.search(data)
-    if end is None:
+    if (end := _END.search(data)) is None:
         raise ContentsError(f"its header has no end within {min(len(data), _LONGEST_HEADER):,} bytes")
     # A carriage return alone ends the lines of files from old Macs.
     lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
@@ -238,8 +237,7 @@ class Table:
 
 def indices_of_runs(starts: Longs, lengths: Longs) -> Longs:
     """Concatenates runs of consecutive integers."""
-    ends = np.cumsum(lengths)
-    positions = np.repeat(starts - (ends - lengths), lengths)
+    positions = np.repeat(starts - (np.cumsum(lengths) - lengths), lengths)
     positions += np.arange(len(positions))
     return positions
 
@@ -271,8 +269,7 @@ def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table
         columns, end = _binary_columns(data, position, element, header.byte_order)
         tables[element.name] = Table(element, columns, (position, end))
         position = end
-    trailing = data[position:].tobytes().strip(_PADDING)
-    if trailing:
+    if trailing := data[position:].tobytes().strip(_PADDING):
         raise ContentsError(f"{len(trailing):,} bytes follow the last row that its header declares")
     return tables
 

@@ -47,8 +47,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
         elif not stale:
             elements[name] = element
         else:
-            what = " and ".join(stale)
-            notes.append(f"element {name!r} ({element.count:,}), which names {what} by their numbers, is left out")
+            notes.append(f"element {name!r} ({element.count:,}), which names {' and '.join(stale)} by their numbers, is left out")
     elements |= {name: row.element for name, row in written.items()}
     textures = [t.name if writing is None else writing.textures.get(t.name, t.name) for t in mesh.textures]
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), textures))

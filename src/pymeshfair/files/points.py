@@ -74,8 +74,7 @@ def read_points(path: Path, references: References) -> Reading:
     extras += ["comments"] if data.count(b"#") > titles.count(b"#") else []
     if shares is not None and np.abs(as_levels(shares) / 255 - shares).max() > _ROUNDED:
         extras.append("decimals of colours")
-    document = PointsDocument(columns, titles, separator, counted, shares)
-    source = Source(path, "xyz", document, tuple(extras))
+    source = Source(path, "xyz", PointsDocument(columns, titles, separator, counted, shares), tuple(extras))
     return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, source=source), unended(data))
 
 

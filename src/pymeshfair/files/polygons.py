@@ -168,12 +168,10 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
             left[k] = start + k
         count = length
         while not convex and count > 3:
-            ear = -1
-            for k in range(count):
-                if _is_ear(points, corners, left, count, k, normal):
-                    ear = k
+            for ear in range(count):
+                if _is_ear(points, corners, left, count, ear, normal):
                     break
-            if ear < 0:
+            else:
                 break  # the polygon crosses itself: its rest becomes a fan
             places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
             f += 1

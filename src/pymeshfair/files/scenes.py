@@ -122,8 +122,7 @@ def indices(text: str, what: str) -> Longs:
 
 def check_range(values: Longs, least: int, below: int, what: str) -> None:
     """Refuses indices that are not from `least` to `below` - 1."""
-    wrong = (values < least) | (values >= below)
-    if wrong.any():
+    if (wrong := (values < least) | (values >= below)).any():
         k = int(np.argmax(wrong))
         raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is no index into {below:,} values")
 
@@ -195,8 +194,7 @@ class Assembly:
                 face["colors"] = all_levels[:, 0]
             else:
                 self.lost[f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face"] = None
-        faces = corners[places].astype(np.int32)
-        return MeshData(vertices=vertices, faces=faces, vertex_attributes=vertex, face_attributes=face)
+        return MeshData(vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face)
 
     def place(self, part: MeshData, matrix: Floats) -> None:
         """Adds a part, transformed by a (4, 4) matrix."""
@@ -213,8 +211,7 @@ class Assembly:
 
     def reading(self, path: Path, format: str, extras: Iterable[str], unit: str | None = None) -> Reading:
         """Merges all instances into one mesh, in their order; `extras` names lost contents besides `lost`."""
-        source = Source(path, format, extras=(*extras, *self.lost))
-        return Reading(replace(self._mesh(), unit=unit, source=source))
+        return Reading(replace(self._mesh(), unit=unit, source=Source(path, format, extras=(*extras, *self.lost))))
 
     def _mesh(self) -> MeshData:
         parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
@@ -225,8 +222,7 @@ class Assembly:
             if has_normals and "normals" not in part.vertex_attributes:
                 parts[k] = part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
             if (polygon := part.face_attributes.get("polygon")) is not None:
-                numbers = np.where(polygon < 0, -1, polygon + first).astype(np.int32)
-                parts[k] = parts[k].with_attributes(face={"polygon": numbers})
+                parts[k] = parts[k].with_attributes(face={"polygon": np.where(polygon < 0, -1, polygon + first).astype(np.int32)})
                 first += int(polygon.max(initial=-1)) + 1
         starts = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
         return MeshData(
@@ -286,9 +282,8 @@ def _joined(attributes: Sequence[Mapping[str, Array]], counts: Sequence[int]) ->
     joined = {}
     for name in dict.fromkeys(name for of_part in attributes for name in of_part):
         like = next(of_part[name] for of_part in attributes if name in of_part)
-        missing = _DEFAULTS.get(name, 0)
         columns = [
-            of_part[name] if name in of_part else np.full((count, *like.shape[1:]), missing, like.dtype)
+            of_part[name] if name in of_part else np.full((count, *like.shape[1:]), _DEFAULTS.get(name, 0), like.dtype)
             for of_part, count in zip(attributes, counts, strict=True)
         ]
         joined[name] = np.concatenate(columns)

@@ -174,8 +174,7 @@ class _Reader:
         return _UNITS[model.unit]
 
     def _part(self, name: str) -> bytes:
-        entry = self.parts.get(name.removeprefix("/"))
-        if entry is None:
+        if (entry := self.parts.get(name.removeprefix("/"))) is None:
             raise ContentsError(f"it holds no part {quoted(name)}")
         self.used.add(entry.filename)
         with self._archive.open(entry) as stream:
@@ -245,8 +244,7 @@ class _Reader:
             of_polygons["colors"] = None if np.isnan(colors).all() else levels(colors[:, 0])
         else:
             of_corners["colors"] = colors.reshape(-1, 4)
-        what = f"the corners of {what}"
-        return self.assembly.polygons(points, corners, np.full(count, 3), what, of_corners, of_polygons)
+        return self.assembly.polygons(points, corners, np.full(count, 3), f"the corners of {what}", of_corners, of_polygons)
 
     def _image(self, name: str) -> bytes:
         data = self._part(name)

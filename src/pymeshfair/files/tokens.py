@@ -107,7 +107,6 @@ def lex(
                 else:
                     value = -float(whole) if negative else float(whole)
             else:
-                kind = 0
                 while j < n and not end_of_token[text[j]]:
                     j += 1
                 kind, value = _not_finite(text, i, j)

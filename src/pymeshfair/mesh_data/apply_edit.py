@@ -187,9 +187,8 @@ def with_additions(mesh: MeshData, edit: Edit) -> MeshData:
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":
-            is_used = mask_of(mesh.faces, len(mesh.vertices))
             shades = values / 255.0
-            blend = _blend(shades, mesh.faces, added_faces, is_used, shades[of_faces])
+            blend = _blend(shades, mesh.faces, added_faces, shades[of_faces])
             face[name] = as_levels(np.concatenate([shades, blend]))
         elif name in ("scalars", "texture"):
             face[name] = np.concatenate([values, values[of_faces]])
@@ -269,18 +268,17 @@ def _continued_texture(
         return np.asarray(centroids[donors])
     samples = np.stack([sampled(pixels, np.einsum("c,fcd->fd", w, wedges[donor_faces])) for w in _WITHIN], axis=1)
     mean = samples.mean(axis=1)
-    is_used = mask_of(faces[donor_faces], old)
     nearest = np.searchsorted(donor_faces, donors)
-    blend = _blend(mean, faces[donor_faces], added_faces, is_used, mean[np.minimum(nearest, len(donor_faces) - 1)])
+    blend = _blend(mean, faces[donor_faces], added_faces, mean[np.minimum(nearest, len(donor_faces) - 1)])
     # The search has six dimensions: colour, and half the contrast of each channel, so that uniform faces are preferred.
     contrast = np.abs(samples - samples[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([samples[:, 0], 0.5 * contrast], axis=1)).query(np.pad(blend, ((0, 0), (0, 3))))
     return np.asarray(centroids[donor_faces[chosen]])
 
 
-def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallback: Floats) -> Floats:
-    """Returns (b, k) values for added faces: continued from the `fixed` vertices, which have the mean of faces around them."""
-    count = max(len(fixed), int(added_faces.max(initial=-1)) + 1)
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fallback: Floats) -> Floats:
+    """Returns (b, k) values for added faces: continued from the vertices of `faces`, which have the mean of faces around them."""
+    count = int(max(faces.max(initial=-1), added_faces.max(initial=-1))) + 1
     spread = of_faces
     for _ in range(2):  # the second pass averages over two rings, so that fine patterns of the texture become their mean
         sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
@@ -289,9 +287,8 @@ def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, fixed: Bools, fallb
             np.add.at(number, corner, 1.0)
         values = sums / np.maximum(number, 1.0)[:, None]
         spread = values[faces].mean(axis=1)
-    held = np.pad(fixed, (0, count - len(fixed)))
-    values[~held] = np.nan
-    corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
+    values[number == 0.0] = np.nan
+    corners = _harmonic(values, added_faces, number > 0.0)[added_faces].mean(axis=1)
     return np.where(np.isfinite(corners), corners, fallback)
 
 

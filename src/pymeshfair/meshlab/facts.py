@@ -122,8 +122,7 @@ class Former:
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
         """Returns today's equivalent of a value of an old parameter, as values by parameter; None if `turns` has no entry."""
-        cases = self.turns.get(parameter)
-        if cases is None:
+        if (cases := self.turns.get(parameter)) is None:
             return None
         equivalents = cases.get(value.strip().lower(), cases.get("*"))
         stands_for = {"*": value, "-*": f"-{value.strip()}".removeprefix("--")}

@@ -221,9 +221,8 @@ def _octahedral(normals: Floats) -> NDArray[np.uint16]:
     sizes = np.abs(normals).sum(axis=1, keepdims=True)
     flat = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0)
     x, y = flat[:, 0], flat[:, 1]
-    below = flat[:, 2] < 0.0
     folded = np.column_stack([(1.0 - np.abs(y)) * np.where(x < 0.0, -1.0, 1.0), (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0)])
-    unfolded = np.where(below[:, None], folded, flat[:, :2])
+    unfolded = np.where(flat[:, 2:] < 0.0, folded, flat[:, :2])
     return np.asarray(np.rint((0.5 + 0.5 * unfolded) * _DIRECTIONS), dtype=np.uint16)
 
 
