@@ -548,7 +548,10 @@ def test_custom_numbers_of_polygons_are_those_of_their_triangles(tmp_path: Path)
     """Both triangles of a square have its number, and the numbers of rows are none of triangles of a strip."""
     points = Element("vertex", PLACE, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]])
     faces = Element("face", [("list uchar int", "vertex_indices"), ("int", "part")], [[[0, 1, 2, 3], 7], [[1, 4, 2], 9]])
-    assert read(tmp_path, ply_file([points, faces])).source.document.custom("face")["part"].tolist() == [7, 7, 9]
+    mesh = read(tmp_path, ply_file([points, faces]))
+    assert mesh.source is not None
+    assert mesh.source.document.custom("face")["part"].tolist() == [7, 7, 9]
     strip = Element("tristrips", [("list int int", "vertex_indices")], [[[0, 1, 2]]])
     mesh = read(tmp_path, ply_file([points, Element("face", [("int", "part")], [[7]]), strip]), "strip.ply")
+    assert mesh.source is not None
     assert (len(mesh.faces), mesh.source.document.custom("face")) == (1, {})
