@@ -192,7 +192,7 @@ class Door:
         else:
             _drop_changed(of_faces, of_vertices, faces, before.faces)
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
-        face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon", "texture"})
         if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
             del face["polygon"]  # MeshLab has triangulated the polygons
         keeps_normals = (before.keeps_normals or self._with_normals) and len(faces) > 0
@@ -210,11 +210,13 @@ class Door:
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh)
+            face.pop("texture", None)
         if len(faces):
             face |= attributes_of(mesh, "face")
             if self._with_face_normals or "normals" in before.face_attributes:
                 with self._bench.matrix_aside(mesh):
-                    face["normals"] = read_array(mesh, "face_normals")
+                    normals = read_array(mesh, "face_normals")
+                face |= {} if np.isnan(normals).all() else {"normals": normals}
             if wedges is not None:
                 coordinates = before.face_attributes.get("wedge_texture_coordinates")
                 face["wedge_texture_coordinates"] = _as_sent(wedges, coordinates, of_faces)

@@ -533,3 +533,25 @@ def test_dark_vertices_that_are_left_stay_dark(tmp_path: Path, type_: str, level
     mesh = read(tmp_path, ply_file([Element("vertex", properties, rows)]))
     again = read(tmp_path, written(mesh.part(np.array([True, True, False]))), "again.ply")
     np.testing.assert_array_equal(again.vertex_attributes["colors"], mesh.vertex_attributes["colors"][:2])
+
+
+def test_faint_opacities_stay_faint(tmp_path: Path) -> None:
+    """Among floats up to 255 opacities of 0 and 1 alone are no shares."""
+    properties = [*PLACE, *(("float", channel) for channel in ("red", "green", "blue", "alpha"))]
+    mesh = read(tmp_path, ply_file([Element("vertex", properties, [[k, 0, 0, 255, 3, 2, 200] for k in range(2)])]))
+    colors = np.array([[255, 3, 2, 1], [7, 3, 2, 0]], np.uint8)
+    again = read(tmp_path, written(mesh.with_attributes({"colors": colors})), "again.ply")
+    np.testing.assert_array_equal(again.vertex_attributes["colors"], colors)
+
+
+def test_custom_numbers_of_polygons_are_those_of_their_triangles(tmp_path: Path) -> None:
+    """Both triangles of a square have its number, and the numbers of rows are none of triangles of a strip."""
+    points = Element("vertex", PLACE, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]])
+    faces = Element("face", [("list uchar int", "vertex_indices"), ("int", "part")], [[[0, 1, 2, 3], 7], [[1, 4, 2], 9]])
+    mesh = read(tmp_path, ply_file([points, faces]))
+    assert mesh.source is not None
+    assert mesh.source.document.custom("face")["part"].tolist() == [7, 7, 9]
+    strip = Element("tristrips", [("list int int", "vertex_indices")], [[[0, 1, 2]]])
+    mesh = read(tmp_path, ply_file([points, Element("face", [("int", "part")], [[7]]), strip]), "strip.ply")
+    assert mesh.source is not None
+    assert (len(mesh.faces), mesh.source.document.custom("face")) == (1, {})

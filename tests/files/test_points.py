@@ -88,6 +88,10 @@ def test_columns_that_are_left_keep_their_titles(tmp_path: Path) -> None:
     save(mesh.with_attributes({"angle": None}), tmp_path / "b.txt")
     assert (tmp_path / "b.txt").read_text() == "z;x;y;label\n3.0;1.5;2.0;8\n"
     assert read_file(tmp_path / "b.txt").mesh.vertices.tolist() == [[1.5, 2.0, 3.0]]
+    for name, mark in (("c.xyz", "# "), ("d.xyz", "//")):  # titles in a comment stay in one
+        mesh = read(tmp_path / "a.xyz", f"{mark}X Y Z I\n1.5 2.0 3.0 7\n")
+        save(mesh.with_attributes({"intensity": None}), tmp_path / name)
+        assert (tmp_path / name).read_text() == f"{mark}x y z\n1.5 2.0 3.0\n"
 
 
 def test_booleans_are_written_as_numbers(tmp_path: Path) -> None:

@@ -228,3 +228,10 @@ def test_texture_coordinates_of_other_primitives_are_not_lost(tmp_path: Path) ->
     source = read_file(path).mesh.source
     assert source is not None
     assert not any("texture coordinates" in text for text in source.extras)
+
+
+def test_texture_numbers_of_a_mesh_without_textures_make_none(tmp_path: Path) -> None:
+    """A PLY file may number textures that it does not name; a GLB file of its mesh has the same faces."""
+    path, saved = save(box(face_attributes={"texture": np.zeros(12, np.int32)}), tmp_path, "a.glb")
+    np.testing.assert_array_equal(read_file(path).mesh.faces, TRIANGLES)
+    assert not saved.warnings

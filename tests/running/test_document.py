@@ -17,7 +17,7 @@ from pymeshfair.errors import MeshError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_write import write_ply
 from pymeshfair.filters.geometry import unit_vectors
-from pymeshfair.mesh_data import MeshData
+from pymeshfair.mesh_data import MeshData, Texture
 from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
 from pymeshfair.running.document import Document
@@ -216,6 +216,48 @@ def test_normals_of_faces_pass_the_door(tmp_path: Path, name: str) -> None:
         meshes.apply_step(one)
         np.testing.assert_array_equal(document.current.face_normals, meshes.current_mesh().face_normal_matrix())
         np.testing.assert_array_equal(document.current.face_selection, meshes.current_mesh().face_selection_array())
+
+
+def test_normals_of_faces_after_a_mirror_are_numbers(tmp_path: Path) -> None:
+    """MeshLab makes them NaN; they are computed from the faces."""
+    vertices, faces = icosphere(1)
+    document = Document(tmp_path)
+    document.add(MeshData(vertices=vertices, faces=faces))
+    document.apply(step("apply_normal_smoothing_per_face"))
+    document.apply(step("apply_matrix_flip_or_swap_axis", flipx=True))
+    np.testing.assert_allclose(np.linalg.norm(document.current.face_normals, axis=1), 1.0)
+
+
+def test_texture_numbers_beside_coordinates_of_vertices_pass_the_door(tmp_path: Path) -> None:
+    """MeshLab gets them with coordinates of corners alone; without, the faces that are left keep theirs."""
+    vertices, faces = icosphere(1)
+    numbers = (np.arange(len(faces)) % 2).astype(np.int32)
+    textures = tuple(Texture(f"{name}.png", None) for name in "ab")
+    of_vertices = {"texture_coordinates": vertices[:, :2]}
+    document = Document(tmp_path)
+    document.add(
+        MeshData(
+            vertices=vertices, faces=faces, vertex_attributes=of_vertices, face_attributes={"texture": numbers}, textures=textures
+        )
+    )
+    document.apply(step("compute_selection_by_condition_per_face", condselect="fi < 9"))
+    document.apply(step("meshing_remove_selected_faces"))
+    np.testing.assert_array_equal(document.current.face_attributes["texture"], numbers[9:], strict=True)
+    assert document.current.textures == textures
+
+
+def test_expressions_read_and_change_numbers_of_polygons(tmp_path: Path) -> None:
+    """A number of a square in a file counts for both of its triangles."""
+    path, document = tmp_path / "square.ply", Document(tmp_path)
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+    head += "property list uchar int vertex_indices\nproperty int part\nend_header\n"
+    path.write_text(f"{head}0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 7\n")
+    document.add(read_file(path).mesh)
+    document.apply(step("compute_selection_by_condition_per_face", condselect="part == 7"))
+    assert document.current.face_selection.tolist() == [True, True]
+    document.add(read_file(path).mesh)
+    document.apply(step("compute_new_custom_scalar_attribute_per_face", name="part", expr="fi"))
+    assert document.current.face_attributes["part"].tolist() == [0.0, 1.0]
 
 
 def test_a_mesh_that_had_no_faces_gets_some(tmp_path: Path) -> None:

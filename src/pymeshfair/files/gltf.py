@@ -436,7 +436,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         corners = faces[kind_of_face == k].reshape(-1, 1).astype("<u4")
         primitives.append({"attributes": attributes, "indices": document.accessor(corners)})
         surface = {"metallicFactor": 0, "baseColorFactor": [level / 255 for level in color]}
-        if number >= 0 and textures[number] is not None:
+        if 0 <= number < len(textures) and textures[number] is not None:
             surface["baseColorTexture"] = {"index": textures[number]}
         if number >= 0 or color != [255] * 4:
             primitives[-1]["material"] = document.add("materials", pbrMetallicRoughness=surface)

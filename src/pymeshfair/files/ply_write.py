@@ -249,7 +249,8 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
         if are_equal(ply.colors_of(kept), colors):  # if only dark colours remain, they may be read in another range
             return former
     columns = dict(zip(names, colors.T, strict=False))
-    is_dark = colors[:, :3].max(initial=0) <= 1  # floats up to 1 are read as shares
+    # Floats are read as shares if all colours or all opacities are at most 1.
+    is_dark = min(colors[:, :3].max(initial=0), colors[:, 3].max(initial=0)) <= 1
     tops = {name: 1.0 if is_dark and c.dtype.kind == "f" else ply.top_level(table, name) for name, c in former.items()}
     return {name: c / 255.0 * tops[name] if name in tops else c for name, c in columns.items()}
 

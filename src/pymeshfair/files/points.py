@@ -254,7 +254,9 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     names = tuple(name for name in document.columns if name in values)
     written = [values[name] for name in names]
     if document.titles:
-        target.write((document.titles if names == document.columns else document.separator.join(names).encode()) + b"\n")
+        mark = document.titles.partition(document.titles.lstrip(b"#/ "))[0]  # of a comment
+        titles = document.titles if names == document.columns else mark + document.separator.join(names).encode()
+        target.write(titles + b"\n")
     if document.counted:
         target.write(b"%d\n" % len(mesh.vertices))
     target.writelines(rows(document.separator.join(["%r"] * len(written)), written))

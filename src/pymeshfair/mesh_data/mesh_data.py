@@ -226,10 +226,9 @@ class MeshData:
 
     def selected_vertices(self) -> Bools:
         """Returns (n,) the selected vertices; if there are none, the vertices whose faces are all selected."""
-        faces, chosen, count = self.faces, self.face_selection, len(self.vertices)
-        for vertices in (self.vertex_selection, mask_of(faces[chosen], count) & ~mask_of(faces[~chosen], count)):
-            if vertices.any():
-                return vertices
+        vertices, faces, chosen, n = self.vertex_selection, self.faces, self.face_selection, len(self.vertices)
+        if vertices.any() or (vertices := mask_of(faces[chosen], n) & ~mask_of(faces[~chosen], n)).any():
+            return vertices
         raise MeshError(
             f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
         )
