@@ -85,10 +85,11 @@ class Surface:
                 )
             faces = np.empty(len(corners), FACE)
             faces["corners"], faces["number"] = slots[corners], np.arange(count, count + len(corners))
-            bucket_of = np.searchsorted(starts, faces["corners"], "right") - 1
-            for bucket in np.unique(bucket_of).tolist():
+            rows, bucket_of = _by_part(np.searchsorted(starts, faces["corners"], "right") - 1)
+            buckets, firsts = np.unique(bucket_of, return_index=True)
+            for bucket, part in zip(buckets.tolist(), np.split(rows, firsts[1:]), strict=False):
                 with self._raw(bucket).open("ab") as file:
-                    file.write(faces[(bucket_of == bucket).any(axis=1)].tobytes())
+                    file.write(faces[part].tobytes())
             count += len(corners)
         return count
 
@@ -100,12 +101,9 @@ class Surface:
         first, last = np.searchsorted(starts, self.buckets[bucket : bucket + 2])
         cell = np.searchsorted(starts, faces["corners"], "right") - 1
         cell[(cell < first) | (cell >= last)] = -1
-        cell = np.sort(cell, axis=1)
-        cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # drops repeated cells of a face
-        row, column = np.nonzero(cell >= 0)
-        order = np.argsort(cell[row, column], kind="stable")
-        self._faces(bucket).write_bytes(faces[row[order]].tobytes())
-        counts = np.bincount(cell[row, column] - first, minlength=last - first)
+        rows, cell = _by_part(cell)
+        self._faces(bucket).write_bytes(faces[rows].tobytes())
+        counts = np.bincount(cell - first, minlength=last - first)
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
@@ -127,6 +125,16 @@ class Surface:
     def replace_column(self, new: Column, old: Column) -> None:
         with contextlib.suppress(FileNotFoundError):  # a killed process may have replaced the column before
             new.path.replace(old.path)
+
+
+def _by_part(parts: Longs) -> tuple[Longs, Longs]:
+    """Returns the faces of each part in ascending order, and their parts; `parts` (m, 3) has those of the corners, or -1."""
+    parts = np.sort(parts, axis=1)
+    parts[:, 1:][parts[:, 1:] == parts[:, :-1]] = -1  # a face is listed once for each part
+    row, column = np.nonzero(parts >= 0)
+    parts = parts[row, column]
+    order = np.argsort(parts, kind="stable")
+    return row[order], parts[order]
 
 
 @dataclass(frozen=True, eq=False)
