@@ -130,8 +130,7 @@ class Surface:
 def _by_part(parts: Longs) -> tuple[Longs, Longs]:
     """Returns the faces of each part in ascending order, and their parts; `parts` (m, 3) has those of the corners, or -1."""
     parts = np.sort(parts, axis=1)
-    parts[:, 1:][parts[:, 1:] == parts[:, :-1]] = -1  # a face is listed once for each part
-    row, column = np.nonzero(parts >= 0)
+    row, column = np.nonzero(np.diff(parts, axis=1, prepend=-1))  # a face is listed once for each part
     parts = parts[row, column]
     order = np.argsort(parts, kind="stable")
     return row[order], parts[order]
