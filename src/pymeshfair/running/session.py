@@ -98,9 +98,8 @@ class Session:
         )
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
-        self._notes: list[str] = []
+        self._notes, self._mirrors = list[str](), False  # whether the matrix that is applied at the end mirrors
         self._unit: str | None = None
-        self._mirrors = False  # whether the matrix that is applied at the end mirrors, which a warning says
 
     def run(self) -> Report:
         forget = on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
@@ -250,8 +249,7 @@ class Session:
             # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
-            is_turned = change.turned is not None and (before.measures.volume or 0.0) > 0.0 > (after.measures.volume or 0.0)
-            if is_turned and not self._mirrors:
+            if not (self._mirrors or change.turned is None) and (before.measures.volume or 0) > 0 > (after.measures.volume or 0):
                 self._warn("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
