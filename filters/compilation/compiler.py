@@ -36,6 +36,7 @@ class Compiler:
     """The compiler process, which one thread at a time uses."""
 
     def __init__(self) -> None:
+        self.__dict__.pop("_process", None)
         self._lock = threading.Lock()
 
     @cached_property
@@ -127,5 +128,5 @@ def main() -> None:
 
 
 COMPILER = Compiler()
-if hasattr(os, "register_at_fork"):  # a forked process must not read the answers to its parent
-    os.register_at_fork(after_in_child=lambda: COMPILER.__dict__.pop("_process", None))
+if hasattr(os, "register_at_fork"):  # a forked process must neither read the answers to its parent, nor wait for its threads
+    os.register_at_fork(after_in_child=lambda: Compiler.__init__(COMPILER))

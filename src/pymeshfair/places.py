@@ -29,5 +29,6 @@ def without_folders(value: Any, folders: Collection[Path]) -> Any:
     if isinstance(value, list | tuple):
         return [without_folders(part, folders) for part in value]
     for folder in sorted(folders, key=lambda folder: -len(folder.parts)) if isinstance(value, str) else ():
-        value = re.sub(rf"(?<!\w){re.escape(str(folder))}{re.escape(os.sep)}", "", value) if folder.name else value
+        place = rf"(?:(?<!\w)|(?<=^-\w)){re.escape(str(folder))}{re.escape(os.sep)}"  # also in an argument such as -o/tmp/out.ply
+        value = re.sub(place, "", value) if folder.name else value
     return value

@@ -113,6 +113,7 @@ def test_a_lack_of_memory_is_no_defect(kind: type[Exception], words: str) -> Non
         FileNotFoundError(errno.ENOENT, "No such file or directory", "a scan out of memory, really"),
         RuntimeError("File does not exists: memoryerror.ply"),
         RuntimeError("Unable to open file: /scans/out of memory/bone.ply"),
+        OSError("no decoder", 5),
     ],
 )
 def test_the_name_of_a_file_is_no_lack_of_memory(error: Exception) -> None:

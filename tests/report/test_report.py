@@ -201,7 +201,7 @@ def test_a_report_names_no_folder_of_the_machine(tmp_path: Path) -> None:
     assert str(tmp_path) not in text
     record = json.loads(provenance_path(output).read_text("utf-8"))
     record["warnings"] = [f"{tmp_path / 'scans' / 'scan.ply'} is old, 3 of 1/mm"]
-    record["run"]["command"] = [f"{tmp_path}/bin/pymeshfair", "/scan.ply"]
+    record["run"]["command"] = [f"{tmp_path}/bin/pymeshfair", "/scan.ply", f"-o{output}"]
     text = run_page(record, read_mesh(tmp_path / "scans" / "scan.ply"), read_mesh(output)).decode()
     assert str(tmp_path) not in text
     for shown in ("<li>scan.ply is old, 3 of 1/mm</li>", "&#34;pymeshfair&#34;,", "/&gt;"):

@@ -80,7 +80,7 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
 
 def is_lack_of_memory(error: BaseException | None) -> bool:
     """Returns whether an exception or its cause says that memory ran out."""
-    text = (isinstance(error, OSError) and error.strerror) or str(error)  # without the name of a file
+    text = str((isinstance(error, OSError) and error.strerror) or error)  # without the name of a file
     is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and LACK.search(text))
     return error is not None and (bool(is_lack) or is_lack_of_memory(error.__cause__))
 

@@ -98,7 +98,7 @@ class Session:
         )
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
-        self._notes: list[str] = []
+        self._notes, self._mirrors = list[str](), False  # whether the matrix that is applied at the end mirrors
         self._unit: str | None = None
 
     def run(self) -> Report:
@@ -144,9 +144,9 @@ class Session:
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
         if result.matrix is not None:
-            mirrors = len(result.faces) and np.linalg.det(result.matrix[:3, :3]) < 0.0
-            turned = ", and turned the faces over, as it mirrors: Invert Faces Orientation turns them back" if mirrors else ""
-            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{turned}")
+            self._mirrors = len(result.faces) > 0 and np.linalg.det(result.matrix[:3, :3]) < 0.0
+            over = ", and turned the faces over, as it mirrors: Invert Faces Orientation turns them back" if self._mirrors else ""
+            self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{over}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
         return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
@@ -249,7 +249,7 @@ class Session:
             # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
             keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
             self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
-            if change.turned is not None and (before.measures.volume or 0.0) > 0.0 > (after.measures.volume or 0.0):
+            if not (self._mirrors or change.turned is None) and (before.measures.volume or 0) > 0 > (after.measures.volume or 0):
                 self._warn("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")

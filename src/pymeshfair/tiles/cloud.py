@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import Length
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.polygons import numbered
@@ -174,10 +173,9 @@ def do_step(
     folder, target = cloud.folder / f"step-{step.step}", Column(cloud.folder / f"kept-{step.step}", "u1")
     folder.mkdir(exist_ok=True)
     points = most or cloud_points(tile, step.neighbors, normals=step.filter == POINT_NORMALS)
-    lengths: dict[str, float] = {}
+    lengths = dict[str, float]()  # in mesh units, by parameter
     if step.filter == SURPLUS:
-        side: Length = step.values["side"]
-        lengths = {"side": side.resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)}
+        lengths["side"] = step.values["side"].resolve(diagonal=box_diagonal(np.stack([low, high])), mean_edge=lambda: 0.0)
     buckets = tasks.run(cloud.divide, count, folder, points, size, *lengths.values())
     progress(0.1)
     if step.filter in (DUPLICATES, SURPLUS):
@@ -202,7 +200,7 @@ def do_step(
     if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
-    sizes["lengths"] = lengths  # in mesh units, by parameter
+    sizes["lengths"] = lengths
     return cloud if step.filter == POINT_NORMALS else replace(cloud, kept=target), values, sizes
 
 

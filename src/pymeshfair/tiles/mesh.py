@@ -81,10 +81,11 @@ class Surface:
                 )
             faces = np.empty(len(corners), FACE)
             faces["corners"], faces["number"] = slots[corners], np.arange(count, count + len(corners))
-            bucket_of = np.searchsorted(starts, faces["corners"], "right") - 1
-            for bucket in np.unique(bucket_of).tolist():
+            rows, bucket_of = _by_part(np.searchsorted(starts, faces["corners"], "right") - 1)
+            buckets, firsts = np.unique(bucket_of, return_index=True)
+            for bucket, part in zip(buckets.tolist(), np.split(rows, firsts[1:]), strict=False):
                 with self._file("corners", bucket).open("ab") as file:
-                    file.write(faces[(bucket_of == bucket).any(axis=1)].tobytes())
+                    file.write(faces[part].tobytes())
             count += len(corners)
         return count
 
@@ -96,12 +97,9 @@ class Surface:
         first, last = np.searchsorted(starts, self.buckets[bucket : bucket + 2])
         cell = np.searchsorted(starts, faces["corners"], "right") - 1
         cell[(cell < first) | (cell >= last)] = -1
-        cell = np.sort(cell, axis=1)
-        cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # drops repeated cells of a face
-        row, column = np.nonzero(cell >= 0)
-        order = np.argsort(cell[row, column], kind="stable")
-        self._file("faces", bucket).write_bytes(faces[row[order]].tobytes())
-        counts = np.bincount(cell[row, column] - first, minlength=last - first)
+        rows, cell = _by_part(cell)
+        self._file("faces", bucket).write_bytes(faces[rows].tobytes())
+        counts = np.bincount(cell - first, minlength=last - first)
         self._starts(bucket).write(0, np.append(0, np.cumsum(counts)))
 
     def remove_unordered(self) -> None:
@@ -123,6 +121,15 @@ class Surface:
     def replace_column(self, new: Column, old: Column) -> None:
         with contextlib.suppress(FileNotFoundError):  # a killed process may have replaced the column before
             new.path.replace(old.path)
+
+
+def _by_part(parts: Longs) -> tuple[Longs, Longs]:
+    """Returns the faces of each part in ascending order, and their parts; `parts` (m, 3) has those of the corners, or -1."""
+    parts = np.sort(parts, axis=1)
+    row, column = np.nonzero(np.diff(parts, axis=1, prepend=-1))  # a face is listed once for each part
+    parts = parts[row, column]
+    order = np.argsort(parts, kind="stable")
+    return row[order], parts[order]
 
 
 @dataclass(frozen=True, eq=False)
