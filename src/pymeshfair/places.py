@@ -28,7 +28,6 @@ def without_folders(value: Any, folders: Collection[Path]) -> Any:
         return {name: without_folders(part, folders) for name, part in value.items()}
     if isinstance(value, list | tuple):
         return [without_folders(part, folders) for part in value]
-    for folder in folders if isinstance(value, str) else ():
-        place = rf"(?:(?<!\w)|(?<=^-\w)){re.escape(str(folder))}{re.escape(os.sep)}"  # also in an argument such as -o/tmp/out.ply
-        value = re.sub(place, "", value) if folder.name else value
+    for folder in folders if isinstance(value, str) else ():  # also in an argument such as -o/tmp/out.ply
+        value = re.sub(rf"(?:(?<!\w)|(?<=^-\w)){re.escape(f'{folder}{os.sep}')}", "", value) if folder.name else value
     return value
