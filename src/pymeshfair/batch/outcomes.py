@@ -226,7 +226,9 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     """Returns the row of a scan in the table, by column name; `far` are the `outliers` of this scan."""
     before, after, moved = outcome.before or {}, outcome.after or {}, outcome.displacement or {}
     return {
-        **{name: getattr(outcome, name) for name in ("input", "output", "status")},
+        "input": outcome.input,
+        "output": outcome.output,
+        "status": outcome.status,
         "seconds": round(outcome.seconds, 3),
         **{f"{name}_{when}": m.get(name) for name in _COMPARED for when, m in (("before", before), ("after", after))},
         "unit": outcome.unit,

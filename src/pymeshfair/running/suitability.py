@@ -213,7 +213,10 @@ def documents(recipes: Iterable[Suitability]) -> list[dict[str, Any]]:
     """The result of `ranked`, as dictionaries that JSON can hold."""
     return [
         {
-            **{name: getattr(s, name) for name in ("recipe", "title", "task", "fits")},
+            "recipe": s.recipe,
+            "title": s.title,
+            "task": s.task,
+            "fits": s.fits,
             "met": [{"condition": text, "found": value} for text, value in s.met],
             "unmet": [{"condition": text, "found": value} for text, value in s.unmet],
             "trial": None if s.trial is None else asdict(s.trial),
