@@ -137,7 +137,8 @@ def apply_coord_normal_filtering(
     vertices = denoising.denoised(layer.vertices, layer.faces, **steps, filtering=filtering, **options, progress=remaining)
     if made is not None and not set_values and compare:
         findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
-    notes = denoising.notes_of_choice(made, set_values, is_open=bool(border_vertices(layer.faces, len(vertices)).any()))
+    is_open = made is not None and bool(border_vertices(layer.faces, len(vertices)).any())
+    notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=(*notes, *_warnings(layer, before, after)))

@@ -135,12 +135,12 @@ class Door:
         layer.set_label(mesh.label)
         layer.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
         if len(mesh.faces):
-            numbers = np.flatnonzero(proper_faces(mesh.faces)) + 1.0  # MeshLab's reader drops improper faces
-            layer.add_face_custom_scalar_attribute(numbers, _ID)
-        if len(mesh.faces) and "normals" in mesh.face_attributes:
-            for axis, column in zip("xyz", mesh.face_normals[proper_faces(mesh.faces)].T, strict=True):
-                layer.add_face_custom_scalar_attribute(np.ascontiguousarray(column), f"pymeshfair_{axis}")
-            self._bench.apply("compute_normal_by_function_per_face", **{axis: f"pymeshfair_{axis}" for axis in "xyz"})
+            is_proper = proper_faces(mesh.faces)  # MeshLab's reader drops the others
+            layer.add_face_custom_scalar_attribute(np.flatnonzero(is_proper) + 1.0, _ID)
+            if "normals" in mesh.face_attributes:
+                for axis, column in zip("xyz", mesh.face_normals[is_proper].T, strict=True):
+                    layer.add_face_custom_scalar_attribute(np.ascontiguousarray(column), f"pymeshfair_{axis}")
+                self._bench.apply("compute_normal_by_function_per_face", **{axis: f"pymeshfair_{axis}" for axis in "xyz"})
         if mesh.vertex_selection.any() or mesh.face_selection.any():
             for _ in range(2):  # inverting twice sets the number of selected elements, which filters need and readers do not set
                 BASE.apply_filter(self._meshset, "apply_selection_inverse", invfaces=True, invverts=True)
@@ -357,8 +357,11 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
     """The attributes not `in_meshlab`, by the old numbers `ids` of elements; new elements (-1) get 0, and -1 as ``polygon``."""
-    kept = {name: values for name, values in attributes.items() if name not in in_meshlab}
-    return {name: _of_old(values, ids, -1 if name == "polygon" else 0) for name, values in kept.items()}
+    return {
+        name: _of_old(values, ids, -1 if name == "polygon" else 0)
+        for name, values in attributes.items()
+        if name not in in_meshlab
+    }
 
 
 def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:

@@ -609,12 +609,8 @@ def _face_lines(
     corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
     corner_words = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
-    if of_wedges is not None and (of_wedges < 0).any():
-        for k in np.flatnonzero(corners[1] == 0).tolist():
-            corner_words[k] = corner_words[k].replace("/0", "/" if of_normals is not None else "", 1)
-    if of_normals is not None and (of_normals < 0).any():
-        for k in np.flatnonzero(corners[-1] == 0).tolist():
-            corner_words[k] = corner_words[k].rpartition("/")[0].rstrip("/")
+    for k in np.flatnonzero((np.array(corners) == 0).any(axis=0)).tolist():  # a corner without texture coordinates or normal
+        corner_words[k] = re.sub(r"/0\b", "/", corner_words[k]).rstrip("/")
     lines = [f"f {' '.join(run)}\n" for run in runs(corner_words, shape.lengths)]
     states = states[shape.triangles]
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))

@@ -1,5 +1,6 @@
-"""Writes PLY files: with the header, elements, types and comments of the source if it is a PLY file. For other
-sources real numbers are written as double, but texture coordinates of corners as float.
+"""Writes PLY files: with the header, elements, types and comments of the source if it is a PLY file.
+
+For other sources real numbers are written as double, but texture coordinates of corners as float.
 
 Unchanged contents are written byte for byte. Rows of deleted elements are left out. If a polygon loses triangles, its other
 triangles form a polygon if possible, perhaps with another first corner. In new rows, properties without a value are 0.

@@ -56,8 +56,8 @@ def with_parameter(script: Script, step_name: str, name: str, value: str) -> Scr
     """The script with another value for a parameter of one step, or of all steps that have the tag and the parameter."""
     steps = list(script.steps)
     tagged = [i for i, step in enumerate(steps) if step.tag == step_name]
-    with_parameter = [i for i in tagged if any(name in (p.name, p.xml_name) for p in steps[i].filter.parameters)]
-    for index in with_parameter or tagged[:1] or [_step_index(steps, step_name)]:
+    having = [i for i in tagged if any(name in (p.name, p.xml_name) for p in steps[i].filter.parameters)]
+    for index in having or tagged[:1] or [_step_index(steps, step_name)]:
         declared = steps[index].filter
         names = {n: p.name for p in declared.parameters for n in (p.name, p.xml_name)}
         if name not in names:

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -102,11 +102,9 @@ def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tu
             if edit.delete_vertices is not None:
                 check_deletable(edit, read_array(mesh, "edges"), mesh.label())
             with bench.matrix_aside(mesh):
-                if adds(edit):
-                    with undone_on_failure(bench, mesh):
+                with undone_on_failure(bench, mesh) if adds(edit) else nullcontext():
+                    if adds(edit):
                         edit, notes = add_elements(bench, mesh, edit)
-                        write_values(bench, mesh, edit)
-                else:
                     write_values(bench, mesh, edit)
                 _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab raises either if a filter fails
