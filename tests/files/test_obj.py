@@ -447,3 +447,18 @@ def test_new_faces_beside_faces_without_a_group_join_none(tmp_path: Path) -> Non
     save(more, tmp_path / "b.obj")
     lines = (tmp_path / "b.obj").read_text().splitlines()
     assert lines[-6:] == ["g last", "s 1", "f 4 5 6", "g default", "s off", "f 2 7 3"]
+
+
+def test_a_face_without_a_texture_gets_none_from_the_face_before_it(tmp_path: Path) -> None:
+    """No keyword ends the use of a material, so bare faces behind textured ones get a material without a texture."""
+    mesh = MeshData(
+        vertices=np.eye(3),
+        faces=np.array([[0, 1, 2]] * 4),
+        face_attributes={"texture": np.array([-1, 0, -1, 0]), "wedge_texture_coordinates": np.full((4, 3, 2), 0.5)},
+        textures=(Texture("scan #1.png", IMAGE),),
+    )
+    assert save(mesh, tmp_path / "a.obj") == ()
+    again = read_file(tmp_path / "a.obj").mesh
+    assert again.face_attributes["texture"].tolist() == [-1, 0, -1, 0]
+    assert (tmp_path / again.textures[0].name).read_bytes() == IMAGE.read_bytes()
+    assert "usemtl" not in (tmp_path / "a.obj").read_text().partition("f ")[0]

@@ -569,13 +569,12 @@ def _states_to_write(
         former[:, 0] = np.array([*(numbers.get(t.name, -2) for t in document.mesh.textures), -1])[former[:, 0]]
         states[(looks != former).any(axis=1), -1] = -1
         texts = {k: document.tokens.line(k) + b"\n" for k in np.unique(states[states >= 0]).tolist()}
-    new = (states[:, -1] < 0) & (looks >= 0).any(axis=1)
-    firsts, kinds = numbered(looks[new])
-    if len(firsts) + len(names) > MOST_MATERIALS:
-        notes.append(f"colours of faces are left out: with their {len(firsts):,} materials there are over {MOST_MATERIALS:,}")
+    new = states[:, -1] < 0
+    if (number := len(numbered(looks[new])[0])) + len(names) > MOST_MATERIALS:
+        notes.append(f"colours of faces are left out: with their {number:,} materials there are over {MOST_MATERIALS:,}")
         looks[:, 1:] = -1
-        new &= looks[:, 0] >= 0
-        firsts, kinds = numbered(looks[new])
+    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # a face without a material would keep the one before it
+    firsts, kinds = numbered(looks[new])
     first = max(texts, default=-1) + 1
     states[new, -1] = first + kinds
     unused = (name for number in count() if (name := f"material_{number}") not in names)

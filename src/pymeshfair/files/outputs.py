@@ -106,8 +106,9 @@ def stage_textures(
     reused: list[Path] = []
     names: dict[str, str] = {}
     for number, texture in enumerate(textures):
-        last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without characters that file systems refuse
+        last = re.sub(r'[\x00-\x1f<>:"|?*]|(?<=\s)#', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
+        # without characters that file systems refuse, and without a comment of material files
+        name = names[texture.name] = last if last.strip(".") else "texture.png"
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
