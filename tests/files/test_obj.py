@@ -20,6 +20,7 @@ from .round_trips import assert_same, meshlab, read, save
 
 IMAGE = SAMPLES / "TextureDouble_A.png"
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+WEDGES = "wedge_texture_coordinates"
 #: materials, groups, a polygon, a continued line, comments, an old keyword, unused normals: all that a file may have
 WHOLE = """\
 # a house
@@ -296,8 +297,11 @@ def test_colours_that_steps_paint(tmp_path: Path) -> None:
     save(again.with_attributes({"colors": levels[::-1]}), tmp_path / "c.obj")
     np.testing.assert_array_equal(read_file(tmp_path / "c.obj").mesh.vertex_attributes["colors"], levels[::-1])
     faces = again.with_attributes({"colors": None}, {"colors": levels[:2]})
-    assert save(faces, tmp_path / "d.obj") == ("d.obj: contents that cannot be rewritten are left out: comments (1)",)
-    np.testing.assert_array_equal(read_file(tmp_path / "d.obj").mesh.face_attributes["colors"], levels[[0, 0]])
+    assert save(faces, tmp_path / "d.obj") == (
+        "d.obj: contents that cannot be rewritten are left out: comments (1)",
+        "d.obj: polygons whose triangles have different values are written as triangles (1)",
+    )
+    np.testing.assert_array_equal(read_file(tmp_path / "d.obj").mesh.face_attributes["colors"], levels[:2])
 
 
 def test_a_material_file_is_named_behind_the_byte_order_mark(tmp_path: Path) -> None:
@@ -462,3 +466,17 @@ def test_a_face_without_a_texture_gets_none_from_the_face_before_it(tmp_path: Pa
     assert again.face_attributes["texture"].tolist() == [-1, 0, -1, 0]
     assert (tmp_path / again.textures[0].name).read_bytes() == IMAGE.read_bytes()
     assert "usemtl" not in (tmp_path / "a.obj").read_text().partition("f ")[0]
+
+
+def test_polygons_whose_triangles_disagree_are_triangles(tmp_path: Path) -> None:
+    """A colour of each triangle, or texture coordinates of each, would not all be in the line of a polygon."""
+    mesh = read(tmp_path / "a.obj", f"{SQUARE}v 2 0 0\nv 2 1 0\nf 1 2 3 4\nf 2 5 6 3\n")
+    colors = np.array([[255, 0, 0, 255], [0, 0, 255, 255], [9, 9, 9, 255], [9, 9, 9, 255]], np.uint8)
+    wedges = np.tile(mesh.vertices[mesh.faces][:, :, :2], 1)
+    wedges[0] += 7.0
+    for name, values, kind in (("colors", colors, "whose triangles have different values"), (WEDGES, wedges, "that are not whole")):
+        painted = mesh.with_attributes(face={name: values})
+        assert save(painted, tmp_path / f"{name}.obj") == (f"{name}.obj: polygons {kind} are written as triangles (1)",)
+        again = read_file(tmp_path / f"{name}.obj").mesh
+        np.testing.assert_array_equal(again.face_attributes[name], values)
+        assert again.face_attributes["polygon"].tolist() == [-1, -1, 2, 2]

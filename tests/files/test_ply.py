@@ -26,6 +26,7 @@ from pymeshfair.mesh_data import MeshData, Texture, apply_edit, moved
 
 from ..running.runs import BONE, RANGE_MAP, SAMPLES
 from .plys import CODES, Element, ply_file
+from .round_trips import save
 
 ENCODINGS = ("ascii", "binary_little_endian", "binary_big_endian")
 SQUARE = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
@@ -555,3 +556,20 @@ def test_custom_numbers_of_polygons_are_those_of_their_triangles(tmp_path: Path)
     mesh = read(tmp_path, ply_file([points, Element("face", [("int", "part")], [[7]]), strip]), "strip.ply")
     assert mesh.source is not None
     assert (len(mesh.faces), mesh.source.document.custom("face")) == (1, {})
+
+
+@pytest.mark.parametrize("extension", ["ply", "off"])
+def test_each_triangle_of_a_polygon_keeps_its_colour(tmp_path: Path, extension: str) -> None:
+    """Where a step colours the triangles of a square differently the square is written as triangles, and a message says so."""
+    points = Element("vertex", PLACE, [[*place] for place in (*SQUARE, (9, 9, 9))])
+    faces = Element("face", [("list uchar int", "vertex_indices"), ("int", "part")], [[[0, 1, 2, 3], 7], [[0, 1, 4], 8]])
+    mesh = read(tmp_path, ply_file([points, faces]))
+    colors = np.array([[1, 2, 3, 255], [4, 5, 6, 255], [4, 5, 6, 255]], np.uint8)
+    warnings = save(mesh.with_attributes(face={"colors": colors}), tmp_path / f"b.{extension}")
+    assert f"b.{extension}: polygons whose triangles have different values are written as triangles (1)" in warnings
+    again = read_file(tmp_path / f"b.{extension}").mesh
+    np.testing.assert_array_equal(again.faces, mesh.faces)
+    np.testing.assert_array_equal(again.face_attributes["colors"], colors)
+    if extension == "ply":
+        assert again.source is not None
+        assert again.source.document.custom("face")["part"].tolist() == [7, 7, 8]

@@ -88,3 +88,12 @@ def test_polygons_come_back_from_their_triangles(seed: int, lengths: list[int]) 
     firsts = [min(t for t, face in enumerate(faces.tolist()) if set(face) <= set(rim.tolist())) for rim in rims]
     assert firsts == sorted(firsts)
     assert [t // 3 for t in found.places[np.cumsum(found.lengths) - found.lengths]] == found.triangles.tolist()
+
+
+def test_a_polygon_whose_triangles_differ_is_triangles() -> None:
+    """A polygon has one value for all its triangles; those that have several, NaN being one value, are not joined."""
+    faces = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]], np.int32)
+    polygon, values = np.array([0, 0, 1, 1]), np.array([np.nan, np.nan, 1.0, 2.0])
+    found = outlines(faces, polygon, [values, np.zeros((4, 4))])
+    assert found.lengths.tolist() == [4, 3, 3]
+    assert found.notes == ("polygons whose triangles have different values are written as triangles (1)",)

@@ -603,9 +603,12 @@ def _face_lines(
     mesh: MeshData, of_wedges: Longs | None, of_normals: Longs | None, states: Longs, texts: dict[int, bytes], notes: list[str]
 ) -> Iterator[bytes]:
     """Yields the lines of faces, with a state line before each change of material, group or object."""
-    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    indices = [index for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    if (polygon := mesh.face_attributes.get("polygon")) is not None:  # its triangles agree at the corners that they share
+        of_corners = numbered(np.stack([index.ravel() for index in indices], axis=1))[1].reshape(-1, 3)
+    shape = outlines(mesh.faces if polygon is None else of_corners.astype(np.int32), polygon, [states])
     notes += shape.notes
-    corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    corners = [index.ravel()[shape.places] + 1 for index in indices]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
     corner_words = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
     for k in np.flatnonzero((np.array(corners) == 0).any(axis=0)).tolist():  # a corner without texture coordinates or normal

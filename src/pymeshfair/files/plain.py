@@ -268,13 +268,14 @@ def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         if values is not None:
             columns += list(values.T)
             prefix = letters + prefix
-    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    face_colors = mesh.face_attributes.get("colors")
+    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"), [] if face_colors is None else [face_colors])
     corners = [str(v) for v in mesh.faces.ravel()[shape.places].tolist()]
     target.write(f"{prefix}OFF\n{len(mesh.vertices)} {len(shape.lengths) + len(mesh.edges)} 0\n".encode("ascii"))
     target.writelines(rows(" ".join(["%r"] * len(columns)), columns))
     lines = [f"{len(run)} {' '.join(run)}" for run in runs(corners, shape.lengths)]
-    if (colors := mesh.face_attributes.get("colors")) is not None:
-        lines = [f"{line} %d %d %d %d" % tuple(c) for line, c in zip(lines, colors[shape.triangles].tolist(), strict=True)]
+    if face_colors is not None:
+        lines = [f"{line} %d %d %d %d" % tuple(c) for line, c in zip(lines, face_colors[shape.triangles].tolist(), strict=True)]
     lines += [f"2 {a} {b}" for a, b in mesh.edges.tolist()]
     target.write("".join(f"{line}\n" for line in lines).encode("ascii"))
     return shape.notes

@@ -27,6 +27,8 @@ from .tokens import changed_words, patched, runs, words
 _HEAD = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: coordinates keep the types of the source file if rounding to these types moves them by at most this share of the mean edge
 _ROUNDING = 1e-3
+#: attributes of faces that are no property of a row, or one that each triangle shares with the polygon
+_NOT_OF_ROWS = ("selection", "normals", "polygon", "wedge_texture_coordinates")
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
@@ -109,16 +111,20 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     values: dict[str, Column] = {}
     row: Longs | None = None
     polygon = mesh.face_attributes.get("polygon")
-    if table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon):
+    of_triangles = [values for name, values in mesh.face_attributes.items() if name not in _NOT_OF_ROWS]
+    # A polygon takes its attributes from its first triangle.
+    chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
+    if (
+        (table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon))
+        and (chosen is None or all(are_equal(v[chosen][document.row_of_face], v) for v in of_triangles))
+    ):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
-        # A polygon takes its attributes from its first triangle.
-        chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     else:
         ids = source_ids(mesh.face_ids, len(mesh.faces))
         if polygon is not None and wedges is not None and (polygon >= 0).any():
             polygon, what = None, "MeshLab opens no polygons with texture coordinates at their corners"
             notes.append(f"polygons are written as triangles: {what}")
-        shape = outlines(mesh.faces, polygon)
+        shape = outlines(mesh.faces, polygon, of_triangles)
         notes += shape.notes
         chosen = shape.triangles
         if table is not None:

@@ -1,11 +1,12 @@
 """Triangulates polygons by fans or ear clipping [meisters1975], and joins triangles into polygons; finds equal rows."""
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..filters.compilation import compiled
-from ..filters.mesh import Floats, Ints, Longs
+from ..filters.mesh import Floats, Ints, Longs, mask_of
 from ..filters.topology import proper_faces
 from ..mesh_data.mesh_data import Array
 
@@ -49,13 +50,14 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
     triangles: Longs  # (p,) the triangle of the first corner of each polygon
-    notes: tuple[str, ...] = ()  # on polygons that stay triangles, since they have one triangle, several rims or inner vertices
+    notes: tuple[str, ...] = ()  # on polygons that stay triangles: with one triangle, several rims, inner vertices or other values
 
 
-def outlines(faces: Ints, polygon: Array | None) -> Outlines:
+def outlines(faces: Ints, polygon: Array | None, values: Iterable[Array] = ()) -> Outlines:
     """Joins (m, 3) triangles into polygons, in the order of their first triangles.
 
-    `polygon` has one number for all triangles of a polygon, -1 for a single triangle; None means single triangles only.
+    `polygon` has one number for all triangles of a polygon, -1 for a single triangle; None means single triangles only. Polygons
+    whose triangles differ in an array of `values` (m, ...) stay triangles, since a polygon has the values of its first triangle.
     """
     m = len(faces)
     if polygon is None or not (polygon >= 0).any():
@@ -63,6 +65,12 @@ def outlines(faces: Ints, polygon: Array | None) -> Outlines:
     number_of_triangle = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
     _, firsts, group = np.unique(number_of_triangle, return_index=True, return_inverse=True)
     first = firsts[group.ravel()]
+    differs = np.zeros(m, np.bool_)
+    for of_triangle in values:
+        other = of_triangle[first]
+        differs |= ((of_triangle != other) & ~((of_triangle != of_triangle) & (other != other))).reshape(m, -1).any(axis=1)
+    differs = mask_of(first[differs], m)[first]
+    first[differs] = np.flatnonzero(differs)
     members = np.argsort(first, kind="stable")
     counts = np.bincount(first, minlength=m)
     counts = counts[counts > 0]
@@ -70,8 +78,10 @@ def outlines(faces: Ints, polygon: Array | None) -> Outlines:
     at, more = np.full(int(faces.max()) + 1, -1, np.int64), np.empty(3 * m, np.int64)
     corners, number = _walk_round(faces.reshape(-1), members, counts, places, lengths, at, more)
     places, lengths = places[:corners], lengths[:number]
-    broken = len(np.unique(polygon[polygon >= 0])) - int((lengths > 3).sum())
-    notes = (f"polygons that are not whole are written as triangles ({broken:,})",) if broken else ()
+    mixed = len(np.unique(polygon[differs]))
+    broken = len(np.unique(polygon[polygon >= 0])) - int((lengths > 3).sum()) - mixed
+    reasons = (("that are not whole", broken), ("whose triangles have different values", mixed))
+    notes = tuple(f"polygons {reason} are written as triangles ({number:,})" for reason, number in reasons if number)
     return Outlines(places, lengths, places[np.cumsum(lengths) - lengths] // 3, notes)
 
 
