@@ -274,3 +274,11 @@ def test_dark_points_that_are_left_stay_dark(tmp_path: Path) -> None:
     save(mesh.part(np.array([True, True, False])), tmp_path / "b.las")
     colors = read_file(tmp_path / "b.las").mesh.vertex_attributes["colors"]
     np.testing.assert_array_equal(colors, mesh.vertex_attributes["colors"][:2])
+
+
+def test_a_column_titled_scalars_stays_beside_the_scalars(tmp_path: Path) -> None:
+    """The column of a text and the scalars that a step computes have a dimension each."""
+    mesh = read(tmp_path / "a.txt", "x y z scalars\n1 2 3 0.5\n4 5 6 0.25\n")
+    save(mesh.with_attributes({"scalars": np.array([7.5, 8.5])}), tmp_path / "a.las")
+    found = laspy.read(tmp_path / "a.las")
+    assert (found["scalars"].tolist(), found["scalars_"].tolist()) == ([7.5, 8.5], [0.5, 0.25])

@@ -573,3 +573,12 @@ def test_each_triangle_of_a_polygon_keeps_its_colour(tmp_path: Path, extension: 
     if extension == "ply":
         assert again.source is not None
         assert again.source.document.custom("face")["part"].tolist() == [7, 7, 8]
+
+
+def test_small_types_are_written_without_a_warning_of_numpy(tmp_path: Path) -> None:
+    """Numbers of a byte or two, such as the scan angles of LAS files, become properties of the type that holds them."""
+    values = {kind: np.array([np.iinfo(kind).min, np.iinfo(kind).max], kind) for kind in ("i1", "i2", "u1", "u2", "u4")}
+    assert save(MeshData(vertices=np.eye(3)[:2], vertex_attributes=values), tmp_path / "a.ply") == ()
+    document = read_file(tmp_path / "a.ply").mesh.source.document  # type: ignore[union-attr]
+    for kind, expected in values.items():
+        assert document.custom("vertex")[kind].tolist() == expected.tolist()

@@ -221,3 +221,10 @@ def test_grids_of_a_scanner(tmp_path: Path) -> None:
     ours = read_file(path).mesh.vertices
     for place in theirs_places[:, :3]:
         assert np.abs(ours - place).max(axis=1).min() < 1e-5
+
+
+def test_an_attribute_named_like_a_coordinate_does_not_replace_it(tmp_path: Path) -> None:
+    """Recipes may name attributes as they like: one with the name x is named as lost, and the coordinates are written."""
+    mesh = MeshData(vertices=np.eye(3), vertex_attributes={"x": np.full(3, 7.0)})
+    assert save(mesh, tmp_path / "a.xyz") == ("a.xyz: it does not hold x of the mesh; .ply keeps them",)
+    np.testing.assert_array_equal(read_file(tmp_path / "a.xyz").mesh.vertices, np.eye(3))

@@ -220,7 +220,7 @@ def _cast(values: Array, type_: str) -> Array:
         with np.errstate(over="ignore"):
             return values.astype(kind)
     limits = np.iinfo(kind)
-    return np.clip(np.rint(values), limits.min, limits.max).astype(kind)
+    return np.clip(np.rint(values, dtype=np.float64), limits.min, limits.max).astype(kind)
 
 
 def _custom(
