@@ -474,7 +474,10 @@ def test_polygons_whose_triangles_disagree_are_triangles(tmp_path: Path) -> None
     colors = np.array([[255, 0, 0, 255], [0, 0, 255, 255], [9, 9, 9, 255], [9, 9, 9, 255]], np.uint8)
     wedges = np.tile(mesh.vertices[mesh.faces][:, :, :2], 1)
     wedges[0] += 7.0
-    for name, values, kind in (("colors", colors, "whose triangles have different values"), (WEDGES, wedges, "that are not whole")):
+    for name, values, kind in (
+        ("colors", colors, "whose triangles have different values"),
+        (WEDGES, wedges, "that are not whole"),
+    ):
         painted = mesh.with_attributes(face={name: values})
         assert save(painted, tmp_path / f"{name}.obj") == (f"{name}.obj: polygons {kind} are written as triangles (1)",)
         again = read_file(tmp_path / f"{name}.obj").mesh

@@ -114,9 +114,8 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     of_triangles = [values for name, values in mesh.face_attributes.items() if name not in _NOT_OF_ROWS]
     # A polygon takes its attributes from its first triangle.
     chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
-    if (
-        (table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon))
-        and (chosen is None or all(are_equal(v[chosen][document.row_of_face], v) for v in of_triangles))
+    if (table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon)) and (
+        chosen is None or all(are_equal(v[chosen][document.row_of_face], v) for v in of_triangles)
     ):
         values |= {name: table.columns[name] for name in (corners, ply.WEDGES) if name in table.columns}
     else:

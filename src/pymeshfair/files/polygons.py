@@ -50,7 +50,7 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
     triangles: Longs  # (p,) the triangle of the first corner of each polygon
-    notes: tuple[str, ...] = ()  # on polygons that stay triangles: with one triangle, several rims, inner vertices or other values
+    notes: tuple[str, ...] = ()  # on polygons that stay triangles: they are no disc with vertices on its rim alone, or differ
 
 
 def outlines(faces: Ints, polygon: Array | None, values: Iterable[Array] = ()) -> Outlines:
