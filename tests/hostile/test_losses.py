@@ -6,7 +6,7 @@ import base64
 import json
 import shutil
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
 
 from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, columns, ply_bytes, session_report, staged_files, xyz
@@ -55,6 +56,16 @@ def _gltf(more: Mapping[str, Any], attributes: Mapping[str, int]) -> bytes:
     return head + text + struct.pack("<II", len(data), 0x004E4942) + data
 
 
+RED: Mapping[str, Any] = {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}
+
+
+def _points_gltf(attributes: Mapping[str, int], materials: Sequence[Any] = (), faces: bool = False) -> bytes:
+    """Points with the first material, with `faces` beside a triangle on the same vertices."""
+    points = {"attributes": {"POSITION": 0, **attributes}, "mode": 0, **({"material": 0} if materials else {})}
+    both = [points, {"attributes": points["attributes"]}] if faces else [points]
+    return _gltf({"meshes": [{"primitives": both}], "materials": list(materials)}, {})
+
+
 #: input, its bytes, output, and what is said of the property that is lost
 NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("radius.ply", _ply(("float", "radius", _FOUR)), "out.obj", "vertex radii"),
@@ -91,6 +102,13 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("k\xf6rper.stl", _SOLID % "Körper".encode(), "out.ply", "its head 'Körper'"),
     ("second.glb", _gltf({}, {"TEXCOORD_1": 2}), "out.ply", "attribute TEXCOORD_1"),
     ("bare.glb", _gltf({}, {"TEXCOORD_0": 2}), "out.ply", "texture coordinates without a texture"),
+    ("points.glb", _points_gltf({"TEXCOORD_0": 2}), "out.ply", "texture coordinates without a texture"),
+    (
+        "shared.glb",
+        _points_gltf({}, materials=[RED], faces=True),
+        "out.ply",
+        "colours of points and lines that share their vertices with others",
+    ),
     ("custom.glb", _gltf({}, {"_HEAT": 1}), "out.ply", "attribute _HEAT"),
     ("extras.glb", _gltf({"extras": {"by": "me"}}, {}), "out.ply", "extras"),
     ("names.glb", _gltf({"nodes": [{"mesh": 0, "name": "nose"}]}, {}), "out.ply", "names of nodes"),
@@ -184,3 +202,37 @@ def test_textures_are_images_with_a_name_for_it(tmp_path: Path, make: Callable[[
     staged = staged_files(session_report(make(tmp_path / "in"), tmp_path / output))
     (image,) = [path for name, path in staged.items() if Path(name).suffix == ".png"]
     assert image.read_bytes() == IMAGE.read_bytes()
+
+
+def test_points_and_lines_have_the_colour_of_their_material(tmp_path: Path) -> None:
+    """Their vertices have it, since they have no faces; in VRML it is the emitted colour, as no light falls on them."""
+    path = tmp_path / "points.glb"
+    path.write_bytes(_points_gltf({}, materials=[RED]))
+    assert read_file(path).mesh.vertex_attributes["colors"].tolist() == [[255, 0, 0, 255]] * 3
+    line = "IndexedLineSet { coord Coordinate { point [0 0 0, 1 0 0] } coordIndex [0 1] }"
+    path = tmp_path / "line.wrl"
+    path.write_text(
+        f"#VRML V2.0 utf8\nShape {{ appearance Appearance {{ material Material {{ emissiveColor 0 1 0 }} }} geometry {line} }}"
+    )
+    assert read_file(path).mesh.vertex_attributes["colors"].tolist() == [[0, 255, 0, 255]] * 2
+
+
+DAE = """<COLLADA><library_effects><effect id="e"><profile_COMMON><technique><lambert><diffuse><color>1 0 0 1</color></diffuse>
+</lambert></technique></profile_COMMON></effect></library_effects><library_materials><material id="m"><instance_effect url="#e"/>
+</material></library_materials><library_geometries><geometry id="g"><mesh><source id="s"><float_array id="a" count="6">0 0 0 1 0 0
+</float_array><technique_common><accessor source="#a" count="2" stride="3"/></technique_common></source><vertices id="v">
+<input semantic="POSITION" source="#s"/></vertices><lines count="1" material="x"><input semantic="VERTEX" source="#v" offset="0"/>
+<input semantic="COLOR" source="#s" offset="0"/><p>0 1</p></lines></mesh></geometry></library_geometries><library_visual_scenes>
+<visual_scene id="w"><node><instance_geometry url="#g"><bind_material><technique_common><instance_material symbol="x" target="#m"
+/></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes><scene>
+<instance_visual_scene url="#w"/></scene></COLLADA>"""
+
+
+def test_lines_of_collada_have_the_colour_of_their_material(tmp_path: Path) -> None:
+    """Their vertices have it; further inputs of lines, such as colours, are named."""
+    path = tmp_path / "lines.dae"
+    path.write_text(DAE)
+    mesh = read_file(path).mesh
+    assert mesh.vertex_attributes["colors"].tolist() == [[255, 0, 0, 255]] * 2
+    assert mesh.source is not None
+    assert mesh.source.extras == ("inputs COLOR of lines",)

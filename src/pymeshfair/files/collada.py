@@ -123,19 +123,25 @@ class _Reader:
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        part_looks = [_Look()]  # one for each item of `lengths`
-        for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
+        part_looks, shades_of_lines = [_Look()], list[tuple[float, ...]]()  # the looks: one for each item of `lengths`
+        primitives = [p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"]
+        has_faces = not all(p.tag.startswith("line") for p in primitives)
+        for p in primitives:
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
             vertex_offset = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
             if vertex_offset is None:
                 raise ContentsError(f"the {p.tag} of its mesh {quoted(name)} have no input of vertices")
             inputs += [(i, vertex_offset) for i in mesh.iterfind("vertices/input")]
             table, counts = _corners(p, 1 + max(offset for _, offset in inputs), vertex_offset)
+            look = looks.get(p.get("material", ""), _Look())
             if p.tag.startswith("line"):
                 check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
                 edges.append(edges_of(table[:, vertex_offset], counts))
+                shades_of_lines.append(look.colour)
+                own = p.findall("input") if has_faces else [i for i, _ in inputs]
+                if unread := {i.get("semantic", "") for i in own} - {"VERTEX", "POSITION"}:
+                    self.assembly.lost[f"inputs {', '.join(sorted(unread))} of {p.tag}"] = None
                 continue
-            look = looks.get(p.get("material", ""), _Look())
             corners.append(table[:, vertex_offset])
             lengths.append(counts)
             for attribute, semantic in (("normals", "NORMAL"), ("colors", "COLOR"), ("wedge_texture_coordinates", "TEXCOORD")):
@@ -162,7 +168,7 @@ class _Reader:
             of_corners["colors"] = np.where(is_bare, np.repeat(shades, np.concatenate(lengths), axis=0), of_corners["colors"])
         what = f"the corners of its mesh {quoted(name)}"
         part = self.assembly.polygons(points, np.concatenate(corners), np.concatenate(lengths), what, of_corners, of_polygons)
-        return replace(part, edges=np.concatenate(edges))
+        return self.assembly.tinted(replace(part, edges=np.concatenate(edges)), shades_of_lines)
 
     def _values(self, part: Element, semantic: str) -> Floats:
         """Returns the (n, w) values that the accessor of an input selects."""

@@ -152,7 +152,7 @@ class _Reader:
         parts = ((*self._corners(k, p, len(points)), *self._material(k, p, attributes)) for p in primitives)
         faces, edges, textures, uvs, colours = zip(*parts, strict=True)
         counts, corners = [len(each) for each in faces], np.concatenate(faces)
-        if len(corners) and "TEXCOORD_0" in attributes and max(textures) < 0:
+        if "TEXCOORD_0" in attributes and max(textures) < 0:
             self.assembly.lost[NO_TEXTURE] = None
         wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
         shades = np.repeat(colours, counts, axis=0)
@@ -169,7 +169,11 @@ class _Reader:
         )
         normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
         colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
-        return replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
+        part = replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
+        bare = [number for number, count in enumerate(counts) if not count]  # points and lines
+        if any(textures[number] >= 0 for number in bare):
+            self.assembly.lost["textures of points and lines"] = None
+        return self.assembly.tinted(part, [colours[number] for number in bare])
 
     def _attribute(self, k: int, attributes: _Part, name: str) -> Floats:
         """Returns (n, w) values of an attribute; normalised integers are scaled to at most 1."""

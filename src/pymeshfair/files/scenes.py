@@ -196,6 +196,16 @@ class Assembly:
                 self.lost[f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face"] = None
         return MeshData(vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face)
 
+    def tinted(self, part: MeshData, shades: Sequence[Sequence[float]]) -> MeshData:
+        """Multiplies the colours of vertices by the `shades` of points and lines if these agree, and names the loss otherwise."""
+        if all(shade == 1.0 for each in shades for shade in each):
+            return part
+        if len(part.faces) or len({tuple(each) for each in shades}) > 1:
+            self.lost["colours of points and lines that share their vertices with others"] = None
+            return part
+        colors = part.vertex_attributes.get("colors", np.full((len(part.vertices), 4), 255, np.uint8))
+        return part.with_attributes({"colors": levels(colors / 255.0 * shades[0])})
+
     def place(self, part: MeshData, matrix: Floats) -> None:
         """Adds a part, transformed by a (4, 4) matrix."""
         self._made += len(part.vertices) + len(part.faces)

@@ -260,9 +260,13 @@ class _Reader:
             self.assembly.lost |= {scenes.NO_TEXTURE: None} if texture < 0 else {}
         material = None if look is None else look.part("Material")
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
-        if material is not None and "diffuseColor" in material.fields and not coloured:
-            shade = [*material.numbers("diffuseColor", "", 3), 1.0 - material.numbers("transparency", "0", 1)[0]]
-            part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
+        shows = "diffuseColor" if len(part.faces) else "emissiveColor"  # no light falls on points and lines
+        if material is not None and shows in material.fields and not coloured:
+            shade = [*material.numbers(shows, "", 3).tolist(), 1.0 - material.numbers("transparency", "0", 1)[0]]
+            if len(part.faces):
+                part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
+            else:
+                part = self.assembly.tinted(part, [shade])
         return part if geometry.is_true("ccw") else scenes.with_reversed_faces(part)
 
     def _texture(self, look: _Node, geometry: _Node) -> int:
