@@ -97,3 +97,9 @@ def test_lines_know_their_words_and_places() -> None:
     assert tokens.numbers.tolist() == [3, 4, 5]
     assert tokens.line(1) == b" usemtl  a/b c"
     assert tokens.spans(np.array([0, 1]), [1, 2]).tolist() == [[[14, 15], [16, 17]], [[28, 31], [32, 33]]]
+
+
+def test_lines_behind_joined_lines_have_their_numbers_in_the_file() -> None:
+    """A line that a backslash continues has the number of its first line, and those behind it count all of its lines."""
+    tokens = tokenise(b"v 1 \\\n2 \\\r\n 3\n# C:\\\nv 4 5 6\n", joins=True)
+    assert tokens.numbers.tolist() == [1, 5]

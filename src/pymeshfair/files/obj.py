@@ -177,7 +177,7 @@ def read_obj(path: Path, references: References) -> Reading:
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
-    tokens = tokenise(joined(data), slashes=True)
+    tokens = tokenise(data, slashes=True, joins=True)
     counts = _counts(tokens)
     counts["comments"] = len(_COMMENT.findall(data)) if b"#" in data else 0
     notes: dict[str, None] = {}

@@ -16,7 +16,7 @@ from .formats import WRITABLE
 from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
 from .polygons import numbered, outlines, triangulated
-from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, refuse, rows, runs, tokenise, word
+from .tokens import INTEGER, REAL, Tokens, at_line, numbers_of, refuse, rows, runs, tokenise, word
 
 #: for each line of a facet: its first word, and its number of words
 _FACET = ((b"facet", 5), (b"outer", 2), (b"vertex", 4), (b"vertex", 4), (b"vertex", 4), (b"endloop", 1), (b"endfacet", 1))
@@ -154,7 +154,7 @@ def read_off(path: Path, references: References) -> Reading:
     data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is binary; OFF files are read as texts alone")
-    tokens = tokenise(joined(data))
+    tokens = tokenise(data, joins=True)
     keyword = tokens.line(0).split()[0].decode("latin-1") if len(tokens.numbers) else "nothing"
     prefix = keyword.removesuffix("OFF")
     if prefix == keyword or prefix not in _PREFIXES:

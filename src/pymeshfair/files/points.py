@@ -16,7 +16,7 @@ from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES, Array, source_ids
 from .errors import ContentsError
 from .inputs import Reading, References, unended
 from .outputs import Writing
-from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, refuse, rows, tokenise
+from .tokens import INTEGER, WORD, Tokens, at_line, numbers_of, refuse, rows, tokenise
 
 #: a binary point set of Expe: its header, and the types of its properties
 _EXPE = re.compile(rb"\[Expe/PointSet/Binary/0\.1\]\n((?:property \w+ \d+\n)+)nofpoints (\d+)\ndata\n")
@@ -50,7 +50,7 @@ def read_points(path: Path, references: References) -> Reading:
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
     separator = _separator(data)
-    tokens = tokenise(joined(data if separator == " " else data.replace(separator.encode(), b" ")))
+    tokens = tokenise(data if separator == " " else data.replace(separator.encode(), b" "), joins=True)
     titles, titled, start = _titles(tokens, data, separator)
     lines = np.arange(start, len(tokens.numbers))
     if not len(lines):

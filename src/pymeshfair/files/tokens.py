@@ -157,7 +157,7 @@ class Tokens:
     #: (l,) the first token of each line, encoded by `word`; 0 for a number, and for a word of over 8 bytes
     keywords: NDArray[np.uint64]
     starts: Longs  # (l,) where each line begins in the text
-    numbers: Longs  # (l,) the number of each line, from 1; lines that `joined` has joined count as one
+    numbers: Longs  # (l,) the number of each line in the file, from 1; of joined lines that of the first
 
     @property
     def lengths(self) -> Longs:
@@ -194,8 +194,9 @@ def _inside_words(text: bytes) -> Bools:
     return np.frombuffer(text.translate(bytes(c not in b"\t\n\r " for c in range(256))), np.bool_)
 
 
-def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
-    """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files."""
+def tokenise(raw: bytes, *, slashes: bool = False, joins: bool = False) -> Tokens:
+    """Splits a text into tokens; with `slashes` also at slashes, as in the faces of OBJ files; `joins` lines first (`joined`)."""
+    data = joined(raw) if joins else raw
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
     n_tokens = 1 + int(np.count_nonzero(inside[1:] > inside[:-1])) + data.count(b"/") * slashes  # an upper bound
@@ -205,6 +206,8 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Tokens:
     keywords = np.zeros(n_lines, np.uint64)
     t, k = lex(text, slashes, kinds, values, first, starts, numbers, keywords, decimals)
     kinds, values = kinds[:t], values[:t]
+    if data is not raw:
+        numbers[:k] += np.searchsorted(np.flatnonzero((np.frombuffer(raw, np.uint8) == 10) & (text != 10)), starts[:k])
     unread = np.flatnonzero(np.isnan(values) & (kinds & (AFTER_SLASH - 1) != NOT_FINITE))
     if len(unread):
         values[unread] = np.fromstring(decimals.tobytes(), sep=" ")
