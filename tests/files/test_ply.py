@@ -582,3 +582,17 @@ def test_small_types_are_written_without_a_warning_of_numpy(tmp_path: Path) -> N
     document = read_file(tmp_path / "a.ply").mesh.source.document  # type: ignore[union-attr]
     for kind, expected in values.items():
         assert document.custom("vertex")[kind].tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(("type_", "red"), [("ushort", 40001), ("float", 0.123456), ("double", 0.1)])
+def test_vertices_that_are_not_painted_keep_every_bit_of_their_colours(tmp_path: Path, type_: str, red: float) -> None:
+    """A step that paints one vertex of a file with deep colours leaves the numbers of the others as they are."""
+    rows = [[k, 0, 0, red, 1 if type_ != "ushort" else 65535, 0] for k in range(2)]
+    data = ply_file([Element("vertex", [*PLACE, *((type_, color) for color in ("red", "green", "blue"))], rows)])
+    mesh = read(tmp_path, data)
+    colors = mesh.vertex_attributes["colors"].copy()
+    colors[1] = 7, 8, 9, 255
+    again = read(tmp_path, written(mesh.with_attributes({"colors": colors})), "again.ply")
+    np.testing.assert_array_equal(again.vertex_attributes["colors"], colors)
+    (now, before) = (m.source.document.tables["vertex"].columns["red"] for m in (again, mesh))  # type: ignore[union-attr]
+    assert now[0] == before[0]

@@ -244,21 +244,24 @@ def _custom(
 
 
 def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None) -> dict[str, Array]:
-    """Returns the file's columns if colours are unchanged, else new ones in the file's range, or bytes for new channels."""
+    """Returns columns in the range of the file, with its numbers for rows of unchanged colour; new channels are bytes."""
     if table is None:
         return dict(zip((*ply.COLOR, ply.ALPHA), colors.T, strict=True))
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
+    columns: dict[str, Array] = dict(zip(names, colors.T, strict=False))
     former = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
-    before = ply.colors_of(table)
-    if before is not None and np.array_equal(np.asarray(_chosen(before, ids)), colors):
-        kept = Table(replace(table.element, count=len(colors)), former)
-        if are_equal(ply.colors_of(kept), colors):  # if only dark colours remain, they may be read in another range
-            return former
-    columns = dict(zip(names, colors.T, strict=False))
     # Floats are read as shares if all colours or all opacities are at most 1.
     is_dark = min(colors[:, :3].max(initial=0), colors[:, 3].max(initial=0)) <= 1
-    tops = {name: 1.0 if is_dark and c.dtype.kind == "f" else ply.top_level(table, name) for name, c in former.items()}
-    return {name: c / 255.0 * tops[name] if name in tops else c for name, c in columns.items()}
+    for p in (p for p in table.element.properties if p.name in former):
+        top = 1.0 if is_dark and KINDS[p.type][0] == "f" else ply.top_level(table, p.name)
+        columns[p.name] = _cast(columns[p.name] / 255.0 * top, p.type)
+    if (before := ply.colors_of(table)) is not None:
+        same = (np.asarray(_chosen(before, ids)) == colors).all(axis=1)
+        kept = {name: np.where(same, former[name], column) if name in former else column for name, column in columns.items()}
+        # If only dark colours remain, they may be read in another range.
+        if are_equal(ply.colors_of(Table(replace(table.element, count=len(colors)), kept)), colors):
+            return kept
+    return columns
 
 
 def _new_property(name: str, column: Column) -> PlyProperty:
