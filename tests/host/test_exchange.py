@@ -248,6 +248,17 @@ def test_faces_beside_lines_keep_their_values() -> None:
         assert (back.cell_data["part"].tolist(), back.cell_data["RGBA"].tolist()) == ([0, 8, 8], [[0] * 4, *[[5, 6, 7, 8]] * 2])
 
 
+def test_strips_beside_lines_keep_their_values() -> None:
+    """Each triangle of a strip of PyVista has its value, the triangle before it too; VTK mixes them up beside lines."""
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.PolyData(icosphere(1)[0][:7], faces=[3, 0, 1, 2], lines=[2, 5, 6], strips=[4, 0, 2, 1, 3, 3, 2, 3, 4])
+    mesh.cell_data["part"] = [6.0, 7.0, 8.0, 9.0]
+    meshes = MeshSet()
+    meshes.add_mesh(mesh)
+    assert meshes.current_mesh().face_matrix().tolist() == [[0, 1, 2], [0, 2, 1], [1, 2, 3], [2, 3, 4]]
+    assert meshes.to_pyvista().cell_data["part"].tolist() == [0, 7, 8, 8, 9]
+
+
 def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
     """A quad beside a triangle becomes two triangles, each with its value, and a point set is a cloud."""
     pyvista = pytest.importorskip("pyvista")

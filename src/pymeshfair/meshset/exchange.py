@@ -2,7 +2,7 @@
 
 import importlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -11,7 +11,9 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
+from ..files.polygons import triangles_of
 from ..filters.geometry import unit_vectors
+from ..filters.mesh import Longs
 from ..mesh_data import as_levels
 from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
@@ -292,23 +294,27 @@ def _of_pyvista(mesh: Any) -> Arrays:
     fields = mesh.field_data.keys()
     if not hasattr(type(mesh), "regular_faces"):  # of a mesh with quads the property raises an error
         mesh = mesh.cast_to_polydata() if hasattr(mesh, "cast_to_polydata") else mesh.extract_surface()
-    lines, edges = np.asarray(mesh.lines), [np.zeros((0, 2), dtype=np.int32)]
-    while len(lines):
-        count = int(lines[0])
-        edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
-        lines = lines[count + 1 :]
-    surface = mesh
-    # VTK's triangulation mixes up the values of faces and those of line and point cells, which come first.
-    if (others := mesh.n_lines + mesh.n_verts) and not mesh.n_strips:
+    edges = [np.column_stack([line[:-1], line[1:]]) for line in _cells(mesh.lines)]
+    strips = list(_cells(mesh.strips))
+    corners, lengths = (_joined(part, 0) for part in (strips, [[len(strip)] for strip in strips]))
+    places = triangles_of(corners, lengths, fans=False)
+    # VTK's triangulation mixes up the values of polygons and those of other cells: vertices and lines come first, strips last.
+    others, strip = mesh.n_lines + mesh.n_verts, np.repeat(np.arange(len(strips)), lengths)[places[:, 0]]
+    surface, before_strips = mesh, mesh.n_cells - len(strips)
+    if others or len(strips):
         surface = type(mesh)(mesh.points, faces=mesh.faces)
-        surface.cell_data.update({name: values[others:] for name, values in mesh.cell_data.items()})
+        surface.cell_data.update({name: values[others:before_strips] for name, values in mesh.cell_data.items()})
     surface = surface.triangulate()
-    arrays = Arrays(_numbers(mesh.points), _indices(surface.regular_faces).reshape(-1, 3), _indices(np.concatenate(edges)))
-    of_cells, arrays.of_vertices = _values(surface.cell_data), _values(mesh.point_data)
-    arrays.of_faces = {name: array for name, array in of_cells.items() if len(array) == len(arrays.faces) > 0}
+    faces = np.concatenate([surface.regular_faces.reshape(-1, 3), corners[places]])
+    arrays = Arrays(_numbers(mesh.points), _indices(faces), _indices(_joined(edges, (0, 2))))
+    of_cells, arrays.of_vertices = _values(mesh.cell_data), _values(mesh.point_data)
+    if len(faces):
+        of_polygons = _values(surface.cell_data)
+        arrays.of_faces = {
+            name: np.concatenate([of_polygons[name], values[before_strips:][strip]]) for name, values in of_cells.items()
+        }
     if others and of_cells:
-        faces = "" if arrays.of_faces or not len(arrays.faces) else "face, "
-        arrays.lost.append(f"values of {faces}line and point cells are not taken: {', '.join(sorted(of_cells))}")
+        arrays.lost.append(f"values of line and point cells are not taken: {', '.join(sorted(of_cells))}")
     uv = mesh.active_texture_coordinates
     if uv is not None:
         arrays.uv = _numbers(uv)
@@ -319,6 +325,20 @@ def _of_pyvista(mesh: Any) -> Arrays:
     arrays.face_colors = arrays.rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     arrays.omit("MeshLab does not take", field_data_of_PyVista=fields)
     return arrays
+
+
+def _cells(padded: Any) -> Iterator[Longs]:
+    """Yields the points of each cell of an array of VTK, in which their number precedes them."""
+    left = np.asarray(padded)
+    while len(left):
+        end = int(left[0]) + 1
+        yield left[1:end]
+        left = left[end:]
+
+
+def _joined(parts: Sequence[Any], shape: int | tuple[int, int]) -> Longs:
+    """Concatenates arrays of whole numbers; without any, returns an array of this shape."""
+    return np.concatenate([np.zeros(shape, np.int64), *parts], dtype=np.int64)
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
