@@ -184,3 +184,11 @@ def test_relative_numbers_count_back_from_the_line(tmp_path: Path) -> None:
     source = tmp_path / "in.obj"
     source.write_bytes(b"v 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nusemtl x\r\nl -1 -2 -3\r\n")
     np.testing.assert_array_equal(read_file(source).mesh.edges, [[0, 1], [2, 1], [1, 0]])
+
+
+def test_edges_of_deleted_vertices_are_gone(tmp_path: Path, curves: Path) -> None:
+    """MeshLab keeps such edges with ends that do not exist; the others stay, and the run does not speak of coordinates."""
+    select = ("compute_selection_by_condition_per_vertex", {"condselect": "vi==1"})
+    report = session_report(curves, tmp_path / "out.obj", select, ("meshing_remove_selected_vertices", {}), SMOOTH)
+    mesh = read_file(staged_files(report)["out.obj"]).mesh
+    assert mesh.edges.tolist() == [[1, 2], [2, 0], [3, 0]]

@@ -34,11 +34,12 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
     Face normals are right only while the mesh has no transformation matrix; see `Workbench.matrix_aside`.
     """
     try:
-        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
+        array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     except pymeshlab.MissingCompactnessException:
         # Deleted elements leave gaps in arrays. MeshLab closes the gaps after each of its filters, not after other deletions.
         mesh.compact()
-        return np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
+        array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
+    return array[(array >= 0).all(axis=1)] if name == "edges" else array  # MeshLab keeps edges of deleted vertices, with -1
 
 
 def check_taken(mesh: Any, now: NDArray[Any], wanted: NDArray[Any], what: str) -> None:
