@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import io
 import os
 
@@ -156,6 +157,7 @@ def _avoid_openmp() -> None:
     """Let kernels use numba's own threads, which a fork can start anew: OpenMP ends every fork of a process that has used it."""
     load = machine_code.extension
 
+    @functools.cache
     def extension(name: str) -> Any:
         if name.endswith("omppool"):
             raise ImportError("not for forks")
