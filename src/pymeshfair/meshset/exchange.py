@@ -2,7 +2,7 @@
 
 import importlib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -11,9 +11,7 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
-from ..files.polygons import triangles_of
 from ..filters.geometry import unit_vectors
-from ..filters.mesh import Longs
 from ..mesh_data import as_levels
 from ..meshlab.base import ForeignMeshError
 from ..write_back import Workbench, custom_attributes
@@ -246,7 +244,12 @@ def _of_trimesh(mesh: Any) -> Arrays:
         arrays.omit("MeshLab does not take", colours_of_the_path=mesh.colors)
         arrays.edges = _indices(mesh.vertex_nodes)
         if any(type(entity).__name__ not in ("Line", "Text") for entity in mesh.entities):
-            arrays.vertices, arrays.edges = _polylines(mesh, arrays.vertices)
+            # curves become short edges, and equal ends one vertex
+            runs = [run for entity in mesh.entities if len(run := entity.discrete(arrays.vertices, scale=mesh.scale))]
+            places = np.concatenate(runs)
+            starts = np.delete(np.arange(len(places)), np.cumsum([len(run) for run in runs]) - 1)
+            first, number = importlib.import_module("trimesh").grouping.unique_rows(places / mesh.scale)
+            arrays.vertices, arrays.edges = places[first], _indices(number[np.column_stack([starts, starts + 1])])
         return arrays
     if not hasattr(mesh, "faces"):  # a PointCloud
         arrays.colors = arrays.rgba(getattr(mesh, "colors", ()), len(arrays.vertices))
@@ -268,15 +271,6 @@ def _of_trimesh(mesh: Any) -> Arrays:
     return arrays
 
 
-def _polylines(path: Any, points: Floats) -> tuple[Floats, Ints]:
-    """Returns vertices and edges of a Path with curves, divided into short edges; equal ends become one vertex."""
-    runs = [run for entity in path.entities if len(run := entity.discrete(points, scale=path.scale))]
-    places = np.concatenate(runs)
-    starts = np.delete(np.arange(len(places)), np.cumsum([len(run) for run in runs]) - 1)
-    first, number = importlib.import_module("trimesh").grouping.unique_rows(places / path.scale)
-    return places[first], _indices(number[np.column_stack([starts, starts + 1])])
-
-
 def _of_open3d(mesh: Any) -> Arrays:
     cloud = not hasattr(mesh, "triangles")
     arrays = Arrays(_numbers(mesh.points if cloud else mesh.vertices))
@@ -294,25 +288,24 @@ def _of_pyvista(mesh: Any) -> Arrays:
     fields = mesh.field_data.keys()
     if not hasattr(type(mesh), "regular_faces"):  # of a mesh with quads the property raises an error
         mesh = mesh.cast_to_polydata() if hasattr(mesh, "cast_to_polydata") else mesh.extract_surface()
-    edges = [np.column_stack([line[:-1], line[1:]]) for line in _cells(mesh.lines)]
-    strips = list(_cells(mesh.strips))
-    corners, lengths = (_joined(part, 0) for part in (strips, [[len(strip)] for strip in strips]))
-    places = triangles_of(corners, lengths, fans=False)
-    # VTK's triangulation mixes up the values of polygons and those of other cells: vertices and lines come first, strips last.
-    others, strip = mesh.n_lines + mesh.n_verts, np.repeat(np.arange(len(strips)), lengths)[places[:, 0]]
-    surface, before_strips = mesh, mesh.n_cells - len(strips)
-    if others or len(strips):
-        surface = type(mesh)(mesh.points, faces=mesh.faces)
-        surface.cell_data.update({name: values[others:before_strips] for name, values in mesh.cell_data.items()})
-    surface = surface.triangulate()
-    faces = np.concatenate([surface.regular_faces.reshape(-1, 3), corners[places]])
-    arrays = Arrays(_numbers(mesh.points), _indices(faces), _indices(_joined(edges, (0, 2))))
+    lines, edges = np.asarray(mesh.lines), [np.zeros((0, 2), dtype=np.int32)]
+    while len(lines):
+        count = int(lines[0])
+        edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
+        lines = lines[count + 1 :]
+    pieces, others = [], mesh.n_lines + mesh.n_verts
+    last = mesh.n_cells - mesh.n_strips
+    # VTK's triangulation mixes up the values of cells of several kinds: points and lines come first, strips last.
+    for kind, rows in (("faces", slice(others, last)), ("strips", slice(last, mesh.n_cells))):
+        if rows.start < rows.stop:
+            piece = type(mesh)(mesh.points, **{kind: getattr(mesh, kind)})
+            piece.cell_data.update({name: values[rows] for name, values in mesh.cell_data.items()})
+            pieces.append(piece.triangulate())
+    faces = np.concatenate([np.zeros((0, 3)), *(piece.regular_faces for piece in pieces)])
+    arrays = Arrays(_numbers(mesh.points), _indices(faces), _indices(np.concatenate(edges)))
     of_cells, arrays.of_vertices = _values(mesh.cell_data), _values(mesh.point_data)
-    if len(faces):
-        of_polygons = _values(surface.cell_data)
-        arrays.of_faces = {
-            name: np.concatenate([of_polygons[name], values[before_strips:][strip]]) for name, values in of_cells.items()
-        }
+    if pieces:
+        arrays.of_faces = {name: np.concatenate([piece.cell_data[name] for piece in pieces]) for name in of_cells}
     if others and of_cells:
         arrays.lost.append(f"values of line and point cells are not taken: {', '.join(sorted(of_cells))}")
     uv = mesh.active_texture_coordinates
@@ -325,20 +318,6 @@ def _of_pyvista(mesh: Any) -> Arrays:
     arrays.face_colors = arrays.rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     arrays.omit("MeshLab does not take", field_data_of_PyVista=fields)
     return arrays
-
-
-def _cells(padded: Any) -> Iterator[Longs]:
-    """Yields the points of each cell of an array of VTK, in which their number precedes them."""
-    left = np.asarray(padded)
-    while len(left):
-        end = int(left[0]) + 1
-        yield left[1:end]
-        left = left[end:]
-
-
-def _joined(parts: Sequence[Any], shape: int | tuple[int, int]) -> Longs:
-    """Concatenates arrays of whole numbers; without any, returns an array of this shape."""
-    return np.concatenate([np.zeros(shape, np.int64), *parts], dtype=np.int64)
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
