@@ -39,13 +39,14 @@ def everything(folder: Path, *, cloud: int, corners: int) -> MeshData:
         return MeshData(vertices=vertices, vertex_attributes=vertex)
     faces = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]])
     face = {
-        "colors": np.c_[random.integers(0, 255, (4, 3)), np.full(4, 90)].astype(np.uint8),
-        "scalars": np.arange(4) + 0.25,
+        "colors": np.c_[random.integers(0, 255, (4, 3)), np.full(4, 90)].astype(np.uint8)[[0, 0, 2, 3]],  # the square has one
+        "scalars": np.array([0.25, 0.25, 2.25, 3.25]),
         "texture": np.zeros(4, np.int32),
         "polygon": np.array([0, 0, -1, -1], np.int32),
     }
     if corners:
         face["wedge_texture_coordinates"] = random.integers(0, 8, (4, 3, 2)) / 8.0
+        face["wedge_texture_coordinates"][1, :2] = face["wedge_texture_coordinates"][0, ::2]
     else:
         vertex["texture_coordinates"] = vertices[:, :2] / 2.0
     return MeshData(
