@@ -11,7 +11,7 @@ import numpy as np
 import pymeshlab
 
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.ply_tables import Lists
+from pymeshfair.files.ply_tables import Lists, PlyElement, PlyHeader
 from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
 from pymeshfair.running.job import Job
@@ -43,6 +43,11 @@ def recipe_of(*steps: Given) -> Recipe:
     found = [(find_filter(name), values) for name, values in steps]
     script = Script(tuple(Step(f, f.check(values), i) for i, (f, values) in enumerate(found, 3)), "A test", Path("test.mlx"))
     return Recipe("test", script)
+
+
+def element(header: PlyHeader, name: str) -> PlyElement:
+    """The element of a header with this name."""
+    return next(e for e in header.elements if e.name == name)
 
 
 def session_report(

@@ -17,7 +17,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
 
 from ..files.plys import Element, ply_file
-from .runs import SAMPLES, Given, session_report, staged_files
+from .runs import SAMPLES, Given, element, session_report, staged_files
 
 #: a square, its diagonals' crossing, and a branch
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.25]]) + 1 / 3
@@ -103,8 +103,8 @@ def test_a_section_has_no_normals_though_its_mesh_had(tmp_path: Path) -> None:
     assert np.linalg.norm(meshes.current_mesh().vertex_normal_matrix(), axis=1).max() > 2
     report = session_report(SAMPLES / "bone.ply", tmp_path / "section.ply", section, SMOOTH)
     header = read_header(staged_files(report)["section.ply"])
-    assert [p.name for p in header.element("vertex").properties][:3] == ["x", "y", "z"]
-    assert not {"nx", "ny", "nz"} & {p.name for p in header.element("vertex").properties}
+    assert [p.name for p in element(header, "vertex").properties][:3] == ["x", "y", "z"]
+    assert not {"nx", "ny", "nz"} & {p.name for p in element(header, "vertex").properties}
     text = staged_files(session_report(SAMPLES / "bone.ply", tmp_path / "section.obj", section))["section.obj"].read_text()
     assert "\nvn " not in text
 

@@ -38,6 +38,7 @@ from .runs import (
     TETRAHEDRON,
     Given,
     columns,
+    element,
     names_in,
     ply_bytes,
     recipe_of,
@@ -223,8 +224,8 @@ def test_custom_attributes_are_kept(tmp_path: Path) -> None:
     )
     report = session_report(BONE, tmp_path / "out.ply", *steps)
     header = read_header(staged_files(report)["out.ply"])
-    assert {"double_x"} <= {p.name for p in header.element("vertex").properties}
-    assert {"mine"} <= {p.name for p in header.element("face").properties}
+    assert {"double_x"} <= {p.name for p in element(header, "vertex").properties}
+    assert {"mine"} <= {p.name for p in element(header, "face").properties}
     report = session_report(BONE, tmp_path / "out.obj", *steps)
     assert any("custom attributes of the mesh; .ply keeps them" in w for w in report["warnings"])
 
@@ -240,7 +241,7 @@ def test_normals_of_a_cloud_are_kept(tmp_path: Path) -> None:
             report = session_report(tmp_path / f"{name}.ply", tmp_path / f"{name}-out.{extension}")
             file = staged_files(report)[f"{name}-out.{extension}"]
             if extension == "ply":
-                columns = len(read_header(file).element("vertex").properties)
+                columns = len(element(read_header(file), "vertex").properties)
             else:
                 columns = len(file.read_text().splitlines()[0].split())
             assert columns == (keeps if name == "with" else 3)

@@ -122,13 +122,13 @@ def read_las(path: Path, references: References) -> Reading:
         attributes["normals"] = np.stack([columns.pop(name) for name in NORMAL], axis=1).astype(np.float64)
     for name, column in columns.items():
         attributes[f"{name}_" if name in VERTEX_ATTRIBUTES - set(_NUMBERS) else name] = column
-    mesh = MeshData(
-        vertices=vertices,
-        vertex_attributes=attributes,
-        unit=las_unit(header, records),
-        source=Source(path, "las", LasDocument(header, records, deep), _extras(header, records)),
-    )
-    return Reading(mesh)
+    remaining = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
+    system = [r for r in remaining if r.user_id == "LASF_Projection"]
+    others = len(remaining) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in remaining)
+    extras = ["its coordinate reference system"] if system else []
+    extras += [f"records of its header ({others:,})"] if others else []
+    source = Source(path, "las", LasDocument(header, records, deep), tuple(extras))
+    return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, unit=las_unit(header, records), source=source))
 
 
 def _levels(deep: NDArray[np.uint16]) -> NDArray[np.uint8]:
@@ -150,14 +150,6 @@ def las_unit(header: Any, records: Any) -> str | None:
             if key.id == _UNIT_KEY:
                 return _UNIT_CODES.get(key.value_offset)
     return None
-
-
-def _extras(header: Any, records: Any) -> tuple[str, ...]:
-    remaining = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
-    system = [r for r in remaining if r.user_id == "LASF_Projection"]
-    others = len(remaining) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in remaining)
-    extras = ["its coordinate reference system"] if system else []
-    return (*extras, *([f"records of its header ({others:,})"] if others else []))
 
 
 def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ only if a former run to this output wrote that file, and the file has not change
 
 import os
 import re
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -16,7 +15,6 @@ from typing import Any, BinaryIO, TypeAlias
 import numpy as np
 
 from ..mesh_data import MeshData, Texture
-from ..operating_system import this_system
 from .errors import ContentsError, OutputError
 from .formats import MISSING_LASPY, WRITABLE, Format, attributes_of, extension, load_function
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
@@ -107,16 +105,11 @@ def stage_textures(
     names: dict[str, str] = {}
     for number, texture in enumerate(textures):
         last = re.sub(r'[\x00-\x1f<>:"|?*]|(?<=\s)#', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        # without characters that file systems refuse, and without a comment of material files
-        name = names[texture.name] = last if last.strip(".") else "texture.png"
+        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what systems refuse, and comments
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
-        if isinstance(texture.image, bytes):
-            staged.write_bytes(texture.image)
-        else:
-            shutil.copyfile(texture.image, staged)
-        this_system().flush(staged)
+        stage_file(staged, output, texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image)
         wished = f"{output.name}-{name}" if prefixed else name
         images = [t.image for t in textures if isinstance(t.image, Path)]
         target, in_place = _free_target(output, wished, staged, record, {*reused, *(f.target for f in files)}, images)

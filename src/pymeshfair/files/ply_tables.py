@@ -69,10 +69,6 @@ class PlyHeader:
         """The byte order of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
         return ">" if self.format == "binary_big_endian" else "<"
 
-    def element(self, name: str) -> PlyElement:
-        """The element with this name; an element with a count of 0 if the file does not declare it."""
-        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
-
     @property
     def textures(self) -> tuple[str, ...]:
         """The texture files that the header names, as written there."""

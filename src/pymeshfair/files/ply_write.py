@@ -27,8 +27,6 @@ from .tokens import changed_words, patched, runs, words
 _HEAD = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: coordinates keep the types of the source file if rounding to these types moves them by at most this share of the mean edge
 _ROUNDING = 1e-3
-#: attributes of faces that are no property of a row, or one that each triangle shares with the polygon
-_NOT_OF_ROWS = ("selection", "normals", "polygon", "wedge_texture_coordinates")
 
 
 def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) -> tuple[str, ...]:
@@ -111,7 +109,8 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> Table
     values: dict[str, Column] = {}
     row: Longs | None = None
     polygon = mesh.face_attributes.get("polygon")
-    of_triangles = [values for name, values in mesh.face_attributes.items() if name not in _NOT_OF_ROWS]
+    unlike_rows = FACE_ATTRIBUTES - {"colors", "scalars", "texture"}
+    of_triangles = [values for name, values in mesh.face_attributes.items() if name not in unlike_rows]
     # A polygon takes its attributes from its first triangle.
     chosen = None if document.row_of_face is None else np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
     if (table is not None and unchanged and are_equal(wedges, document.wedges) and are_equal(polygon, document.polygon)) and (
@@ -178,7 +177,7 @@ def _rows(
         if value is not base and isinstance(value, Lists) == isinstance(base, Lists):
             p = p if p.name in (*ply.PLACE, *channels) else _wide_enough(p, value)
             value = value if isinstance(value, Lists) else _cast(value, p.type)
-            if not _are_same(base, value):
+            if not (all(map(are_equal, base, value)) if isinstance(value, Lists) else are_equal(np.asarray(base), value)):
                 base = value
                 changed.add(p.name)
         columns[p.name] = base
@@ -186,12 +185,16 @@ def _rows(
     for name, value in values.items():
         if name not in columns:
             columns[name] = value
-            properties.append(_new_property(name, value))
+            new = PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar")
+            if not isinstance(value, Lists):
+                types = {"b": "uchar", "i": "int", "u": "uchar" if value.dtype.itemsize == 1 else "uint"}
+                new = PlyProperty(name, types.get(value.dtype.kind, "double"))
+            properties.append(_wide_enough(new, value))
     first = next(iter(columns.values()))
-    new = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
-    if table is not None and ids is None and new == table.element:
+    rows = PlyElement(element, len(first.lengths if isinstance(first, Lists) else first), tuple(properties))
+    if table is not None and ids is None and rows == table.element:
         return replace(table, columns=columns, changed=frozenset(changed))
-    return Table(new, columns)
+    return Table(rows, columns)
 
 
 def _chosen(column: Column, ids: Longs | None) -> Column:
@@ -205,12 +208,6 @@ def _chosen(column: Column, ids: Longs | None) -> Column:
     values = column[ids]
     values[ids < 0] = 0
     return values
-
-
-def _are_same(a: Column, b: Column) -> bool:
-    if isinstance(a, Lists) and isinstance(b, Lists):
-        return are_equal(a.lengths, b.lengths) and are_equal(a.values, b.values)
-    return are_equal(np.asarray(a), np.asarray(b))
 
 
 def _cast(values: Array, type_: str) -> Array:
@@ -262,13 +259,6 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
         if are_equal(ply.colors_of(Table(replace(table.element, count=len(colors)), kept)), colors):
             return kept
     return columns
-
-
-def _new_property(name: str, column: Column) -> PlyProperty:
-    if isinstance(column, Lists):
-        return _wide_enough(PlyProperty(name, "float" if name == ply.WEDGES else "int", "uchar"), column)
-    small = "uchar" if column.dtype.itemsize == 1 else "uint"
-    return _wide_enough(PlyProperty(name, {"b": "uchar", "i": "int", "u": small}.get(column.dtype.kind, "double")), column)
 
 
 def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:

@@ -65,11 +65,8 @@ def outlines(faces: Ints, polygon: Array | None, values: Iterable[Array] = ()) -
     number_of_triangle = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
     _, firsts, group = np.unique(number_of_triangle, return_index=True, return_inverse=True)
     first = firsts[group.ravel()]
-    differs = np.zeros(m, np.bool_)
-    for of_triangle in values:
-        other = of_triangle[first]
-        differs |= ((of_triangle != other) & ~((of_triangle != of_triangle) & (other != other))).reshape(m, -1).any(axis=1)
-    differs = mask_of(first[differs], m)[first]
+    bits = np.hstack([np.empty((m, 0), np.uint8), *(np.ascontiguousarray(v).view(np.uint8).reshape(m, -1) for v in values)])
+    differs = mask_of(first[(bits != bits[first]).any(axis=1)], m)[first]
     first[differs] = np.flatnonzero(differs)
     members = np.argsort(first, kind="stable")
     counts = np.bincount(first, minlength=m)

@@ -221,12 +221,8 @@ def joined(data: bytes) -> bytes:
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):  # a comment such as `# from C:\scans\` is not joined
-        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", _blank, data)
-    return re.sub(rb"\\\r?\n", _blank, data) if b"\\" in data else data
-
-
-def _blank(match: re.Match[bytes]) -> bytes:
-    return b" " * len(match[0])
+        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", lambda match: b" " * len(match[0]), data)
+    return re.sub(rb"\\\r?\n", lambda match: b" " * len(match[0]), data) if b"\\" in data else data
 
 
 def numbers_of(tokens: Tokens, lines: Longs, skipped: int, width: int) -> Floats:

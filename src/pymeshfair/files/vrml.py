@@ -65,7 +65,6 @@ class _Node:
         return scenes.numbers(self.fields.get(name, default), f"the {name} of a {self.type}", count)
 
     def values(self) -> Floats:
-        """Returns the (n, w) values of a node in `_VALUES`."""
         name, width = _VALUES[self.type]
         return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
@@ -262,11 +261,9 @@ class _Reader:
         coloured = "colors" in part.vertex_attributes or "colors" in part.face_attributes
         shows = "diffuseColor" if len(part.faces) else "emissiveColor"  # no light falls on points and lines
         if material is not None and shows in material.fields and not coloured:
-            shade = [*material.numbers(shows, "", 3).tolist(), 1.0 - material.numbers("transparency", "0", 1)[0]]
-            if len(part.faces):
-                part = part.with_attributes(face={"colors": scenes.levels(np.tile(shade, (len(part.faces), 1)))})
-            else:
-                part = self.assembly.tinted(part, [shade])
+            shade = [*material.numbers(shows, "", 3), 1.0 - material.numbers("transparency", "0", 1)[0]]
+            colors = {"colors": scenes.levels(np.tile(shade, (len(part.faces) or len(part.vertices), 1)))}
+            part = part.with_attributes(face=colors) if len(part.faces) else part.with_attributes(colors)
         return part if geometry.is_true("ccw") else scenes.with_reversed_faces(part)
 
     def _texture(self, look: _Node, geometry: _Node) -> int:

@@ -33,12 +33,9 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no transformation matrix; see `Workbench.matrix_aside`.
     """
-    try:
-        array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
-    except pymeshlab.MissingCompactnessException:
-        # Deleted elements leave gaps in arrays. MeshLab closes the gaps after each of its filters, not after other deletions.
+    if not mesh.is_compact():  # MeshLab closes the gaps that deleted elements leave after each of its filters, not otherwise
         mesh.compact()
-        array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
+    array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     return array[(array >= 0).all(axis=1)] if name == "edges" else array  # MeshLab keeps edges of deleted vertices, with -1
 
 
@@ -88,11 +85,7 @@ class Workbench:
         self.prints_parameters = False
 
     def has_current(self) -> bool:
-        try:
-            BASE.current_mesh_id(self.meshset)
-        except pymeshlab.PyMeshLabException:
-            return False
-        return True
+        return bool(BASE.mesh_number(self.meshset))
 
     def current(self) -> View:
         """Returns the current layer as it is now, or an empty one if there is none."""
@@ -115,9 +108,7 @@ class Workbench:
         if mesh.has_wedge_tex_coord():
             face["wedge_texture_coordinates"] = partial(wedges_of, mesh)
         return MeshData(
-            vertices=read_array(mesh, "vertices"),
-            faces=read_array(mesh, "faces"),
-            edges=read_array(mesh, "edges"),
+            **dict[str, Any]((name, read_array(mesh, name)) for name in ("vertices", "faces", "edges")),
             vertex_attributes=LazyAttributes(vertex),
             face_attributes=LazyAttributes(face),
             matrix=np.array(mesh.transform_matrix()),
