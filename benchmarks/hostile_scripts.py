@@ -126,7 +126,7 @@ def _wrong_values(element: ElementTree.Element, step: Step) -> str | None:
         text, value = params[name].get("value", ""), step.values[parameter.name]
         same = {"true": True, "false": False}.get(text) is value if isinstance(parameter, Bool) else True
         if isinstance(parameter, Int | Float):
-            same = float(text) == value
+            same = float(text) == parameter.to_number(value)
         if not same:
             return f"has another {name} of {step.filter.name}"
     return None
