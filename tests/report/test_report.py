@@ -145,6 +145,22 @@ def test_a_vertex_without_a_face_does_not_shrink_the_view() -> None:
     assert cubes[0] == cubes[1]
 
 
+@pytest.mark.parametrize("most", [100_000, 2000])
+def test_vertices_without_a_face_are_not_in_the_page(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    """The body is that of the mesh without them, decimated or not; a mesh that lost only these is not called decimated."""
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_FACES", most)
+    vertices, faces = icosphere(4)
+    heights, unused = vertices[:, 2].copy(), np.full((5000, 3), 9.0)
+    shown, of_all = (
+        shown_mesh("before", MeshData(vertices=points, faces=corners), scalars={"curvature": points[:, 2].copy()})
+        for points, corners in ((vertices, faces), (np.vstack([unused, vertices]), faces + len(unused)))
+    )
+    limits = {"curvature": Limits(heights.min(), heights.max())}
+    assert pack_scene([of_all], limits).body == pack_scene([shown], limits).body
+    assert (of_all.kept - len(unused) == shown.kept).all()
+    assert of_all.decimated == shown.decimated == (most < len(faces))
+
+
 def test_marks_at_axes_are_round() -> None:
     """Multiples of 1, 2 or 5 times a power of ten, all within the axis."""
     assert round_numbers(-0.11, 0.12, 5) == pytest.approx([-0.1, -0.05, 0.0, 0.05, 0.1])

@@ -20,6 +20,7 @@ from ..declaration import Floats, Ints
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
+from ..filters.mesh import mask_of
 from ..filters.topology import proper_faces
 from ..looking.picture import COLORINGS, Coloring, drawn_points, in_unit
 from ..mesh_data import MeshData
@@ -40,11 +41,11 @@ class Shown:
     scalars: Mapping[str, Floats]  # (n,) scalars by the name of their coloring
     of_vertices: int  # the number of vertices of the whole mesh
     of_faces: int  # the number of faces of the whole mesh
-    kept: Ints  # (n,) the vertex of the whole mesh that gives each vertex its normal and scalars
+    kept: NDArray[np.integer]  # (n,) the vertex of the whole mesh that gives each vertex its normal and scalars
 
     @property
     def decimated(self) -> bool:
-        return len(self.vertices) < self.of_vertices
+        return len(self.elements) < self.of_faces or (not len(self.elements) and len(self.vertices) < self.of_vertices)
 
 
 def shown_mesh(
@@ -57,18 +58,22 @@ def shown_mesh(
     """A mesh for the viewer: its faces, at most `MOST_FACES`; or else its edges; or else its points, at most `MOST_POINTS`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
-    at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
-    `like` is the `Shown` of this mesh before its vertices moved; the result has the elements of `like`.
+    at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh that
+    a face or an edge uses; unused vertices are left out. `like` is the `Shown` of this mesh before its vertices moved; the result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
-    elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
-    points, kept = None, np.arange(len(vertices), dtype=np.int32)
+    points, elements = None, faces if len(faces) else mesh.edges
     if like is not None:
         kept, elements = like.kept, like.elements
-    elif len(faces) > MOST_FACES:
-        points, elements, kept = _simplified(vertices, faces)
-    elif not len(elements) and len(vertices) > MOST_POINTS:
-        kept = np.linspace(0, len(vertices) - 1, MOST_POINTS).astype(np.int32)
+    elif len(elements):
+        used = mask_of(elements, len(vertices))
+        kept, elements = np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[elements]
+        if len(faces) > MOST_FACES:
+            points, elements, nearest = _simplified(vertices[kept], elements)
+            kept = kept[nearest]
+    else:
+        elements = np.empty((0, 3), dtype=np.int32)
+        kept = np.linspace(0, len(vertices) - 1, min(len(vertices), MOST_POINTS)).astype(np.int32)
     numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
     file_normals = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
     normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
