@@ -74,7 +74,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 
 def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[str, ...]]:
-    """Returns the switched-on steps of a script with the page's values, and the changes as texts to `override` the script.
+    """Returns the switched-on steps of a script with the page's values, and the changes as texts to `override` these steps.
 
     Values are texts by parameter name, as for `parse_value`; an empty text keeps the script's value, except for a `String`.
     Raises `ChoiceError` for a wrong value.
@@ -99,7 +99,7 @@ def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[
                 script = with_parameter(script, str(index + 1), name, text)
             except ParameterError as error:
                 raise ChoiceError(index, name, str(error)) from error
-            overrides.append(f"{index + 1}.{name}={text}")
+            overrides.append(f"{len(kept)}.{name}={text}")
     if not kept:
         raise ParameterError("every step is switched off: switch one on")
     return script.with_steps(script.steps[index] for index in kept), tuple(overrides)
