@@ -16,6 +16,9 @@ from websockets.http11 import Request
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
+from pymeshfair.files.outputs import Writing
+from pymeshfair.files.three_mf import write_3mf
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh

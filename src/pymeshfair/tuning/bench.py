@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..declaration.parameters import unit_of_scan
 from ..errors import PymeshfairError, RunError
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import mean_curvature, symmetric_limits
@@ -87,7 +86,7 @@ class Bench:
             mesh = part_of(read.mesh, part)
             read = ReadMesh(scan, mesh, measure(mesh), read.warnings)
         self._before = state_of(read)
-        self._unit = unit_of_scan(None, self._before.mesh.unit)
+        self._unit = self._before.mesh.unit
         self._scan = self._drawable("scan", self._before.mesh)
         centre, half = least_box([self._scan])
         self._box = centre, _ROOM * half
@@ -101,7 +100,9 @@ class Bench:
     def run(self, job: Job, stage: Path) -> Result:
         """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
         session = Session(job, stage, _stoppable(stage))
-        outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
+        before = session.with_unit(self._before.mesh)
+        self._unit = before.unit
+        outcome = session.carry_out(before, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
         return {"warnings": [*job.recipe.warnings, *session.warnings], "tried": tried}, self._pack(self._result[1])

@@ -200,8 +200,8 @@ function showScene() {
   const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);
   if (shown[2]) shown[2] = { ...shown[2], name: left.name };
   const colorings = { ...scan.colorings, ...(left && left.scene.colorings), ...(result || scan).colorings };
-  if (scan.colorings.curvature) colorings.curvature = scan.colorings.curvature;
-  viewer.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
+  if (scan.colorings.curvature) colorings.curvature = { ...scan.colorings.curvature, label: colorings.curvature.label };
+  viewer?.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
 }
 
 async function receive(told, scene) {
