@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,7 +26,7 @@ from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.changing import override
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import Bench, Scan, Workshop, part_of, prepared_scan
+from pymeshfair.tuning.bench import STOP, Bench, Scan, Stopped, Workshop, part_of, prepared_scan
 from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
@@ -267,6 +268,27 @@ def test_a_stop_between_mesh_and_numbers_is_told(tmp_path: Path) -> None:
         return [message["is"] for message in listener.told]
 
     assert asyncio.run(stopped_late()) == ["result", "cancelled"]
+
+
+def test_the_end_of_a_run_whose_page_was_closed_is_not_printed(tmp_path: Path) -> None:
+    """Nobody waits for such a run, and asyncio prints exceptions that nobody took."""
+
+    async def printed() -> list[Any]:
+        contexts = list[Any]()
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: contexts.append(context))
+        workshop = Workshop(Scan(tmp_path / "scan.ply", 3, 1.0, 1.0, None, ()), tmp_path)
+
+        async def run() -> Any:
+            while not (tmp_path / STOP).exists():
+                await asyncio.sleep(0.01)
+            raise Stopped("stopped")
+
+        workshop._task = asyncio.create_task(run())
+        await workshop.stop()
+        gc.collect()
+        return contexts
+
+    assert asyncio.run(printed()) == []
 
 
 def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,6 @@ parameter changes.
 """
 
 import asyncio
-import contextlib
 import tempfile
 import time
 from collections.abc import Callable
@@ -211,9 +210,10 @@ class Workshop:
         await asyncio.wait({task}, timeout=_PATIENCE)
         if not task.done():
             task.cancel()
-            with contextlib.suppress(asyncio.CancelledError, RunError):
-                await task
+            await asyncio.wait({task})
             await self._end_process()
+        if not task.cancelled():
+            task.exception()  # else asyncio prints it when the page that waited for the task is closed
 
     async def _end_process(self) -> None:
         process, self._process = self._process, None
