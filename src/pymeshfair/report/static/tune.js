@@ -324,4 +324,4 @@ by("keep").addEventListener("click", keep);
 try {
   viewer = new Viewer(by("viewer"));
   connect(viewer, by("switches"));
-} catch (error) { complain(error.message); }
+} catch (error) { document.querySelector(".stage").replaceChildren(element("p", { class: "problem" }, error.message)); }
