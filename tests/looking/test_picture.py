@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,22 +12,28 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from pymeshfair.errors import MeshError, ParameterError
-from pymeshfair.filters.inspection import Limits
+from pymeshfair.filters.inspection import Limits, Surface
+from pymeshfair.looking.comparison import compare, state_of
 from pymeshfair.looking.picture import (
     COLORINGS,
     VIEWS,
     Appearance,
     draw_meshes,
     fitting_camera,
+    numbers_of,
     round_length,
     view_angles,
     view_rows,
 )
 from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
+from pymeshfair.report.comparison_page import comparison_page
+from pymeshfair.running.measuring import measure
+from pymeshfair.running.read import ReadMesh
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import cube, grid, icosphere, sample, sample_path
 
@@ -151,6 +158,21 @@ def test_distance_is_measured_from_the_first() -> None:
     assert (within[1] == within[2]).all()
     assert np.abs(low - within[0]).max() > 0.2
     assert np.abs(high - within[0]).max() > 0.2
+
+
+def test_the_colour_bar_of_distances_ends_beyond_rounding_errors() -> None:
+    """If hardly a place moved its ends are the largest distance; they were rounding errors of the others."""
+    vertices, faces = icosphere(3)
+    turned = vertices @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0] + 10.0
+    finer, fine = trimesh.remesh.subdivide(turned, faces)
+    finer[0] += 0.01
+    assert np.unique(Surface.of(turned, faces).nearest(finer).signed).size > 2
+    meshes = [mesh_of(turned, faces), mesh_of(finer, fine.astype(np.int32))]
+    numbers = [n for n in numbers_of("distance", meshes) if n is not None]
+    assert COLORINGS["distance"].limits_for(numbers).high > 1e-3
+    compared = compare(*(state_of(ReadMesh(Path(m.label), m, measure(m), ())) for m in meshes))
+    page = comparison_page(compared, title="", subtitle="", numbers={}).decode()
+    assert json.loads(page.partition("data-scene-header>")[2].partition("</script>")[0])["colorings"]["distance"]["high"] > 1e-3
 
 
 def test_inner_sides_look_different() -> None:

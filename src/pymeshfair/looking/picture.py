@@ -30,7 +30,7 @@ from ..filters.inspection import (
 )
 from ..filters.mesh import bounding_box, mask_of
 from ..mesh_data import MeshData
-from .comparison import same_elements
+from .comparison import rounding_of, same_elements
 from .shading import Camera, Scene, render, rotated, texture_of
 
 #: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) of numbers just beyond it
@@ -82,7 +82,8 @@ def in_unit(label: str, unit: str | None) -> str:
 def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:
     if mesh is reference:
         return None
-    return Numbers(Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed)
+    distances = Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed
+    return Numbers(np.where(np.abs(distances) <= rounding_of(mesh, reference), 0.0, distances))
 
 
 def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:

@@ -73,7 +73,7 @@ def comparison_page(
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
-    low, high = symmetric_limits(compared.after_distance.distances)
+    low, high = symmetric_limits(compared.after_distance.distances, comparison.rounding)
     ends = limits or Limits(min(low, -least), max(high, least))
     curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
     scene, shown = _scene(compared, up, markers or _markers(comparison, unit), ends, curvatures, unit)

@@ -121,7 +121,7 @@ class Bench:
             "lines": comparison_lines(compared.comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
-        return numbers, self._pack(replace(shown, scalars=scalars))
+        return numbers, self._pack(replace(shown, scalars=scalars), compared.comparison.rounding)
 
     def _drawable(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
@@ -129,8 +129,8 @@ class Bench:
         like = self._scan if mesh is not first and same_elements(mesh, first) else None
         return shown_mesh(name, mesh, scalars=scalars, like=like)
 
-    def _pack(self, shown: Shown) -> bytes:
-        limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
+    def _pack(self, shown: Shown, rounding: float = 0.0) -> bytes:
+        limits = {key: symmetric_limits(v, rounding if key == "distance" else 0.0) for key, v in shown.scalars.items()}
         return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 
 
