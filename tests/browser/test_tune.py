@@ -165,7 +165,7 @@ def test_numbers_need_no_webgl(browser: Any, served: Served) -> None:
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
     page.goto(served.address)
     page.wait_for_selector("body[data-measured='1']")
-    assert page.locator(".stage").inner_text() == "this browser draws no 3D (WebGL2); everything else on the page holds all the same"
+    assert page.locator(".stage").inner_text().startswith("this browser draws no 3D (WebGL2)")
     assert "mean without sign" in page.locator("#numbers").inner_text()
     page.click("#keep")
     assert "root mean square distance" in page.locator("#kept li").inner_text()
