@@ -32,6 +32,7 @@ from pymeshfair.looking.picture import (
 from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
 from pymeshfair.report.comparison_page import comparison_page
+from pymeshfair.report.scene import pack_scene, shown_mesh
 from pymeshfair.running.measuring import measure
 from pymeshfair.running.read import ReadMesh
 from tests.commands.command_line import document, invoke, run_process
@@ -192,6 +193,18 @@ def test_clouds_and_polylines_are_drawn() -> None:
     # Above the scale bar there is the third point, and most of the edge to it.
     assert 3 <= np.count_nonzero((dots[:90] < 200).all(axis=2)) < 20
     assert np.count_nonzero((lines[:90] < 200).all(axis=2)) > 80
+
+
+def test_normals_that_are_not_finite_are_drawn_as_none() -> None:
+    """Their points are drawn, and packed for the viewer, as with normals of 0, without a warning of the arithmetic."""
+    vertices, _ = icosphere(3)
+    drawn, packed = [], []
+    for number in (np.nan, np.inf, 0.0):
+        normals = np.where(np.arange(len(vertices))[:, None] % 3, vertices, number)
+        mesh = mesh_of(vertices, np.empty((0, 3), np.int32), vertex_attributes={"normals": normals})
+        drawn.append(pixels(mesh).tobytes())
+        packed.append(pack_scene([shown_mesh("scan", mesh)], {}).body)
+    assert len(set(drawn)) == len(set(packed)) == 1
 
 
 def test_a_cloud_has_no_numbers_of_faces() -> None:

@@ -235,6 +235,12 @@ def drawn_points(vertices: Floats, cells: Ints) -> Floats:
     return vertices[mask_of(cells, len(vertices))] if len(cells) else vertices
 
 
+def file_normals(mesh: MeshData) -> Floats | None:
+    """Returns the normals of the vertices, or None; 0 for normals that are not finite, as scanners write for single points."""
+    normals = mesh.vertex_attributes.get("normals")
+    return None if normals is None else np.where(np.isfinite(normals), normals, 0.0)
+
+
 def draw_meshes(
     meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
@@ -269,7 +275,7 @@ def _scenes(
     meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, numbers: Sequence[Numbers | None] | None
 ) -> tuple[list[Scene], Limits | None]:
     """Returns the scene of each panel, and the limits of the colour bar, or None without a bar."""
-    scenes = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
+    scenes = [Scene(m.vertices, m.faces, m.edges, normals=file_normals(m)) for m in meshes]
     if appearance.color in OTHERS:
         return [_painted(s, m, appearance, camera) for s, m in zip(scenes, meshes, strict=True)], None
     numbers = numbers_of(appearance.color, meshes) if numbers is None else numbers

@@ -22,7 +22,7 @@ from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
 from ..filters.mesh import mask_of
 from ..filters.topology import proper_faces
-from ..looking.picture import COLORINGS, Coloring, drawn_points, in_unit
+from ..looking.picture import COLORINGS, Coloring, drawn_points, file_normals, in_unit
 from ..mesh_data import MeshData
 
 MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
@@ -76,8 +76,8 @@ def shown_mesh(
         elements = np.empty((0, 3), dtype=np.int32)
         kept = np.linspace(0, len(vertices) - 1, min(len(vertices), MOST_POINTS)).astype(np.int32)
     numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
-    file_normals = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
-    normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
+    of_file = file_normals(mesh)
+    normals = (mesh_normals(vertices, faces) if len(faces) else np.zeros_like(vertices) if of_file is None else of_file)[kept]
     return Shown(name, vertices[kept] if points is None else points, elements, normals, numbers, len(vertices), len(faces), kept)
 
 
