@@ -20,9 +20,9 @@ from ..declaration import Floats, Ints
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
-from ..filters.mesh import mask_of
+from ..filters.mesh import bounding_box, mask_of
 from ..filters.topology import proper_faces
-from ..looking.picture import COLORINGS, Coloring, drawn_points, file_normals, in_unit
+from ..looking.picture import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
 MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
@@ -48,13 +48,7 @@ class Shown:
         return len(self.elements) < self.of_faces or (not len(self.elements) and len(self.vertices) < self.of_vertices)
 
 
-def shown_mesh(
-    name: str,
-    mesh: MeshData,
-    *,
-    scalars: Mapping[str, Floats] | None = None,
-    like: Shown | None = None,
-) -> Shown:
+def shown_mesh(name: str, mesh: MeshData, *, scalars: Mapping[str, Floats] | None = None, like: Shown | None = None) -> Shown:
     """A mesh for the viewer: its faces, at most `MOST_FACES`; or else its edges; or else its points, at most `MOST_POINTS`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
@@ -76,8 +70,8 @@ def shown_mesh(
         elements = np.empty((0, 3), dtype=np.int32)
         kept = np.linspace(0, len(vertices) - 1, min(len(vertices), MOST_POINTS)).astype(np.int32)
     numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
-    of_file = file_normals(mesh)
-    normals = (mesh_normals(vertices, faces) if len(faces) else np.zeros_like(vertices) if of_file is None else of_file)[kept]
+    file_normals = np.nan_to_num(mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3))), posinf=0.0, neginf=0.0)
+    normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
     return Shown(name, vertices[kept] if points is None else points, elements, normals, numbers, len(vertices), len(faces), kept)
 
 
@@ -178,8 +172,7 @@ def pack_scene(
 
 def least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
     """The bounding cube of what is drawn: its centre and half its side."""
-    drawn = np.concatenate([drawn_points(mesh.vertices, mesh.elements) for mesh in meshes])
-    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    low, high = bounding_box(np.concatenate([mesh.vertices for mesh in meshes]))
     return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
 
 

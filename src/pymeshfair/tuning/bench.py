@@ -85,7 +85,7 @@ class Bench:
             mesh = part_of(read.mesh, part)
             read = ReadMesh(scan, mesh, measure(mesh), read.warnings)
         self._before = state_of(read)
-        self._unit = self._before.mesh.unit
+        self._unit = self._file_unit = self._before.mesh.unit
         self._scan = self._drawable("scan", self._before.mesh)
         centre, half = least_box([self._scan])
         self._box = centre, _ROOM * half
@@ -99,12 +99,12 @@ class Bench:
     def run(self, job: Job, stage: Path) -> Result:
         """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
         session = Session(job, stage, _stoppable(stage))
-        before = session.with_unit(self._before.mesh)
-        self._unit = before.unit
-        outcome = session.carry_out(before, earlier=self._earlier)
+        outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
-        return {"warnings": [*job.recipe.warnings, *session.warnings], "tried": tried}, self._pack(self._result[1])
+        self._unit, doubts = job.unit_of(self._file_unit), job.doubts_of_unit(self._file_unit)
+        warnings = [*job.recipe.warnings, *doubts, *session.warnings]
+        return {"warnings": warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Measures the last result; returns also its mesh with distances as colours."""

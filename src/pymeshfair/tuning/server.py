@@ -280,9 +280,7 @@ class Conversation:
                 try:
                     await handler_of[order["do"]](order)
                 except (PymeshfairError, OSError) as error:
-                    location: dict[str, Any] = (
-                        {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
-                    )
+                    location = vars(error) if isinstance(error, ChoiceError) else {}
                     await self._send("problem", message=str(error), asked=order.get("asked"), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the page sent an unknown request; load the page again")
@@ -331,7 +329,6 @@ class Conversation:
         await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Starts a run of the recipe with the values on the page."""
         recipe, overrides = self._tuned(order)
         scan = self._scan
         if scan.part is not None:
