@@ -147,6 +147,32 @@ def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
     assert "a whole number from 0 to 100000" in tuning.locator("#problem").inner_text()
 
 
+def test_a_text_that_is_no_number_is_not_run(tuning: Any) -> None:
+    """A field says so although the browser does not tell the page the text, and does not take the recipe's value in its place."""
+    field = tuning.locator("[data-parameter=iterations] input[type=number]")
+    field.press("Control+a")
+    field.press_sequentially("1e")
+    tuning.wait_for_selector("[data-parameter=iterations].wrong")
+    assert "takes a whole number from 0 to 100000, got 'no number'" in tuning.locator("#problem").inner_text()
+    tuning.reload()
+    tuning.wait_for_selector("body[data-measured='1']")
+
+
+def test_numbers_need_no_webgl(browser: Any, served: Served) -> None:
+    """A browser without it says so in place of the view; recipes run, and results can be kept."""
+    page = browser.new_page()
+    page.set_default_timeout(PATIENCE)
+    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.goto(served.address)
+    page.wait_for_selector("body[data-measured='1']")
+    assert page.locator(".stage").inner_text().startswith("this browser draws no 3D (WebGL2)")
+    assert "mean without sign" in page.locator("#numbers").inner_text()
+    page.click("#keep")
+    assert "root mean square distance" in page.locator("#kept li").inner_text()
+    assert page.locator("#problem").is_hidden()
+    page.close()
+
+
 @pytest.mark.slow
 def test_two_settings_beside_each_other(tuning: Any) -> None:
     """A result that was kept stays on the left while the right one changes."""

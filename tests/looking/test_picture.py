@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,22 +12,29 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from pymeshfair.errors import MeshError, ParameterError
-from pymeshfair.filters.inspection import Limits
+from pymeshfair.filters.inspection import Limits, Surface
+from pymeshfair.looking.comparison import compare, state_of
 from pymeshfair.looking.picture import (
     COLORINGS,
     VIEWS,
     Appearance,
     draw_meshes,
     fitting_camera,
+    numbers_of,
     round_length,
     view_angles,
     view_rows,
 )
 from pymeshfair.looking.shading import DepthBuffer, Scene, draw_triangles, render
 from pymeshfair.mesh_data import MeshData, Texture
+from pymeshfair.report.comparison_page import comparison_page
+from pymeshfair.report.scene import pack_scene, shown_mesh
+from pymeshfair.running.measuring import measure
+from pymeshfair.running.read import ReadMesh
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import cube, grid, icosphere, sample, sample_path
 
@@ -153,6 +161,21 @@ def test_distance_is_measured_from_the_first() -> None:
     assert np.abs(high - within[0]).max() > 0.2
 
 
+def test_the_colour_bar_of_distances_ends_beyond_rounding_errors() -> None:
+    """If hardly a place moved its ends are the largest distance; they were rounding errors of the others."""
+    vertices, faces = icosphere(3)
+    turned = vertices @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0] + 10.0
+    halved: Any = trimesh.Trimesh(turned, faces, process=False).subdivide()
+    finer = halved.vertices + np.where(np.arange(len(halved.vertices)) == 0, 0.01, 0.0)[:, None]
+    assert np.unique(Surface.of(turned, faces).nearest(finer).signed).size > 2
+    meshes = [mesh_of(turned, faces), mesh_of(np.asarray(finer), halved.faces.astype(np.int32))]
+    numbers = [n for n in numbers_of("distance", meshes) if n is not None]
+    assert COLORINGS["distance"].limits_for(numbers).high > 1e-3
+    compared = compare(*(state_of(ReadMesh(Path(m.label), m, measure(m), ())) for m in meshes))
+    page = comparison_page(compared, title="", subtitle="", numbers={}).decode()
+    assert json.loads(page.partition("data-scene-header>")[2].partition("</script>")[0])["colorings"]["distance"]["high"] > 1e-3
+
+
 def test_inner_sides_look_different() -> None:
     """A surface that is seen from inside is told apart by its colour."""
     vertices, faces = icosphere(3)
@@ -170,6 +193,18 @@ def test_clouds_and_polylines_are_drawn() -> None:
     # Above the scale bar there is the third point, and most of the edge to it.
     assert 3 <= np.count_nonzero((dots[:90] < 200).all(axis=2)) < 20
     assert np.count_nonzero((lines[:90] < 200).all(axis=2)) > 80
+
+
+def test_normals_that_are_not_finite_are_drawn_as_none() -> None:
+    """Their points are drawn, and packed for the viewer, as with normals of 0, without a warning of the arithmetic."""
+    vertices, _ = icosphere(3)
+    drawn, packed = [], []
+    for number in (np.nan, np.inf, 0.0):
+        normals = np.where(np.arange(len(vertices))[:, None] % 3, vertices, number)
+        mesh = mesh_of(vertices, np.empty((0, 3), np.int32), vertex_attributes={"normals": normals})
+        drawn.append(pixels(mesh).tobytes())
+        packed.append(pack_scene([shown_mesh("scan", mesh)], {}).body)
+    assert len(set(drawn)) == len(set(packed)) == 1
 
 
 def test_a_cloud_has_no_numbers_of_faces() -> None:

@@ -19,14 +19,16 @@ import trimesh
 
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.filters.geometry import face_normals
-from pymeshfair.filters.inspection import Limits
+from pymeshfair.filters.inspection import Limits, mean_curvature
+from pymeshfair.looking.comparison import compare, state_of
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe
-from pymeshfair.report.comparison_page import _title, run_page
+from pymeshfair.report.comparison_page import _charts, _title, run_page
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
 from pymeshfair.running.guarding import _faults
-from pymeshfair.running.read import read_mesh
+from pymeshfair.running.measuring import measure
+from pymeshfair.running.read import ReadMesh, read_mesh
 from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
 from tests.running.runs import RANGE_MAP
@@ -143,6 +145,38 @@ def test_a_vertex_without_a_face_does_not_shrink_the_view() -> None:
         header = pack_scene([shown_mesh("before", MeshData(vertices=points, faces=faces))], {}).header
         cubes.append((header["centre"], header["half"]))
     assert cubes[0] == cubes[1]
+
+
+@pytest.mark.parametrize("most", [100_000, 2000])
+def test_vertices_without_a_face_are_not_in_the_page(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    """The body is that of the mesh without them, decimated or not; a mesh that lost only these is not called decimated."""
+    monkeypatch.setattr("pymeshfair.report.scene.MOST_FACES", most)
+    vertices, faces = icosphere(4)
+    heights, unused = vertices[:, 2].copy(), np.full((5000, 3), 9.0)
+    shown, of_all = (
+        shown_mesh("before", MeshData(vertices=points, faces=corners), scalars={"curvature": points[:, 2].copy()})
+        for points, corners in ((vertices, faces), (np.vstack([unused, vertices]), faces + len(unused)))
+    )
+    limits = {"curvature": Limits(heights.min(), heights.max())}
+    assert pack_scene([of_all], limits).body == pack_scene([shown], limits).body
+    assert (of_all.kept - len(unused) == shown.kept).all()
+    assert of_all.decimated == shown.decimated == (most < len(faces))
+
+
+def test_charts_count_vertices_that_have_a_value(tmp_path: Path) -> None:
+    """Vertices without a face are not counted, nor are borders in the chart of curvatures, which are 0 there by convention."""
+    vertices, faces = icosphere(3)
+    cut = faces[vertices[faces].mean(axis=1)[:, 2] < 0.5]
+    states = []
+    for points in (vertices, np.vstack([vertices, np.full((500, 3), 9.0)])):
+        mesh = MeshData(vertices=points, faces=cut)
+        states.append(state_of(ReadMesh(tmp_path, mesh, measure(mesh), ())))
+    compared = compare(*states)
+    curvatures = {name: mean_curvature(mesh.vertices, cut) for name, mesh in compared.meshes.items()}
+    distance, curvature, *_ = _charts(compared, Limits(-1.0, 1.0), curvatures, "mm")
+    assert distance.summary == "Medians: after 0 (mm, outwards above 0)."
+    assert curvature.summary == "Medians: before 1, after 1 (1 / mm)."
+    assert curvature.rows[-1][1:] == ("100.00", "100.00")
 
 
 def test_marks_at_axes_are_round() -> None:

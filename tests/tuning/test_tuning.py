@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,12 +17,16 @@ from websockets.http11 import Request
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
+from pymeshfair.files.outputs import Writing
+from pymeshfair.files.three_mf import write_3mf
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh
+from pymeshfair.scripts.changing import override
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
-from pymeshfair.tuning.bench import Bench, Scan, Workshop, part_of, prepared_scan
+from pymeshfair.tuning.bench import STOP, Bench, Scan, Stopped, Workshop, part_of, prepared_scan
 from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
 from tests.meshes import icosphere
 
@@ -89,6 +94,33 @@ def test_wrong_settings_say_where() -> None:
     for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):
         with pytest.raises(ParameterError, match="settings of a wrong form"):
             script_with(script, [*given[:-1], wrong])
+
+
+def test_a_changed_value_is_recorded_with_the_number_of_its_step_in_the_recorded_recipe() -> None:
+    """Steps that are switched off are not counted, as the recipe in the record does not have them."""
+    script = load_recipe("clean_range_map").script
+    given: list[dict[str, Any]] = [{"on": k > 0, "values": {}} for k in range(len(script.steps))]
+    given[-1]["values"] = {"iterations": "7"}
+    kept, overrides = script_with(script, given)
+    assert overrides == (f"{len(script.steps) - 1}.iterations=7",)
+    assert override(kept, overrides) == kept
+
+
+def test_numbers_are_in_the_unit_of_the_recipe(tmp_path: Path) -> None:
+    """Tables and colour bars name it if the scan's file names none, as in a run; a scan in another unit gives a run's warning."""
+    trimesh.Trimesh(*icosphere(2), process=False).export(tmp_path / "scan.ply")
+    recipe, bench = load_recipe("smooth_taubin"), Bench(tmp_path / "scan.ply", None)
+    for unit, shown in (("mm", "mm"), ("", "mesh units"), ("ft", "ft")):
+        job = Job(replace(recipe, script=replace(recipe.script, unit=unit)), tmp_path / "scan.ply", tmp_path / "result.ply")
+        assert not any("the recipe is for scans in" in text for text in bench.run(job, tmp_path)[0]["warnings"])
+        numbers, scene = bench.measure(tmp_path)
+        assert numbers["distance"][0][1] == shown
+        assert f"distance from the first surface ({shown}, outwards above 0)".encode() in scene
+    vertices, faces = icosphere(2)
+    with (tmp_path / "scan.3mf").open("xb") as file:
+        write_3mf(MeshData(vertices=vertices, faces=faces, unit="cm"), file, Writing(lambda: 0.0, {}, "", []))
+    warnings = Bench(tmp_path / "scan.3mf", None).run(job, tmp_path)[0]["warnings"]
+    assert any("the recipe is for scans in ft, and this scan is in cm" in text for text in warnings)
 
 
 def test_lengths_on_a_part_are_those_of_the_whole() -> None:
@@ -236,6 +268,27 @@ def test_a_stop_between_mesh_and_numbers_is_told(tmp_path: Path) -> None:
         return [message["is"] for message in listener.told]
 
     assert asyncio.run(stopped_late()) == ["result", "cancelled"]
+
+
+def test_the_end_of_a_run_whose_page_was_closed_is_not_printed(tmp_path: Path) -> None:
+    """Nobody waits for such a run, and asyncio prints exceptions that nobody took."""
+
+    async def printed() -> list[Any]:
+        contexts = list[Any]()
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: contexts.append(context))
+        workshop = Workshop(Scan(tmp_path / "scan.ply", 3, 1.0, 1.0, None, ()), tmp_path)
+
+        async def run() -> Any:
+            while not (tmp_path / STOP).exists():
+                await asyncio.sleep(0.01)
+            raise Stopped("stopped")
+
+        workshop._task = asyncio.create_task(run())
+        await workshop.stop()
+        gc.collect()
+        return contexts
+
+    assert asyncio.run(printed()) == []
 
 
 def test_the_scan_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -174,6 +174,11 @@ def same_elements(first: MeshData, second: MeshData) -> bool:
     return len(first.vertices) == len(second.vertices) and np.array_equal(first.faces, second.faces)
 
 
+def rounding_of(*meshes: MeshData) -> float:
+    """Returns the distance up to which points of meshes coincide."""
+    return _ROUNDING * max(float(np.abs(mesh.vertices).max(initial=0.0)) for mesh in meshes)
+
+
 @dataclass(frozen=True, eq=False)
 class Compared:
     """Two meshes, their comparison, and the distances at each sample."""
@@ -213,7 +218,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         ordered = tuple(sorted(areas, key=lambda area: -abs(area.amount)))
         verdict = {"tolerance": length(tolerance), "passed": not ordered, "out_of_tolerance": ordered}
     at_most = max(after_distance.at_most, before_distance.at_most)
-    rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
+    rounding = rounding_of(first, second)
     attributes_before, attributes_after = (contents_of(mesh) for mesh in (first, second))
     comparison = Comparison(
         before=before.measures,

@@ -30,7 +30,7 @@ from ..filters.inspection import (
 )
 from ..filters.mesh import bounding_box, mask_of
 from ..mesh_data import MeshData
-from .comparison import same_elements
+from .comparison import rounding_of, same_elements
 from .shading import Camera, Scene, render, rotated, texture_of
 
 #: the colour of numbers within the tolerance; the position on the colour map (0 middle, 1 end) of numbers just beyond it
@@ -82,7 +82,8 @@ def in_unit(label: str, unit: str | None) -> str:
 def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:
     if mesh is reference:
         return None
-    return Numbers(Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed)
+    distances = Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed
+    return Numbers(np.where(np.abs(distances) <= rounding_of(mesh, reference), 0.0, distances))
 
 
 def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:
@@ -229,11 +230,6 @@ class Appearance:
         return Camera(rows, np.asarray(self.centre, dtype=np.float64), height * aspect, height)
 
 
-def drawn_points(vertices: Floats, cells: Ints) -> Floats:
-    """Returns the points of faces or edges; without any, all points. Vertices that no cell uses are not drawn."""
-    return vertices[mask_of(cells, len(vertices))] if len(cells) else vertices
-
-
 def draw_meshes(
     meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, numbers: Sequence[Numbers | None] | None = None
 ) -> Image.Image:
@@ -244,7 +240,9 @@ def draw_meshes(
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
-    camera = appearance.camera([drawn_points(m.vertices, m.faces if len(m.faces) else m.edges) for m in meshes])
+    cells = [m.faces if len(m.faces) else m.edges for m in meshes]
+    drawn = [mask_of(c, len(m.vertices)) if len(c) else ... for m, c in zip(meshes, cells, strict=True)]
+    camera = appearance.camera([m.vertices[chosen] for m, chosen in zip(meshes, drawn, strict=True)])
     scenes, bar = _scenes(meshes, appearance, camera, numbers)
     columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)
@@ -255,7 +253,9 @@ def draw_meshes(
         left, top = k % columns * appearance.width, k // columns * cell
         picture.paste(Image.fromarray(render(scene, camera, appearance.width, appearance.height)), (left, top + strip))
         if strip:
-            write_title(picture, title, left, top, appearance.width)
+            draw = ImageDraw.Draw(picture)
+            font, title = _fitting(draw, title, appearance.width - 12)
+            draw.text((left + appearance.width / 2, top + TITLE_STRIP / 2), title, fill=INK, font=font, anchor="mm")
     draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width, appearance.unit)
     if bar is not None:
         coloring = COLORINGS[appearance.color]
@@ -308,13 +308,6 @@ TITLE_STRIP, BAR_STRIP = 34, 58
 #: sizes of fonts in pixels: of titles, of other texts, and the smallest; a text that is too long for the smallest is shortened
 _TITLE_SIZE, _SMALL = 17, 14
 _SMALLEST = 10
-
-
-def write_title(picture: Image.Image, text: str, left: int, top: int, width: int) -> None:
-    """Writes a title in the middle of a strip, smaller or shortened if it is too long."""
-    draw = ImageDraw.Draw(picture)
-    font, text = _fitting(draw, text, width - 12)
-    draw.text((left + width / 2, top + TITLE_STRIP / 2), text, fill=INK, font=font, anchor="mm")
 
 
 def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:

@@ -125,7 +125,7 @@ def _shade_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffe
     points = buffer.elements[seen]
     colors = np.broadcast_to(CLAY, (len(points), 3)) if scene.colors is None else scene.colors[points]
     if scene.normals is not None and not len(scene.edges):
-        normals = scene.normals[points] @ camera.rows.T
+        normals = np.nan_to_num(scene.normals[points], posinf=0.0, neginf=0.0) @ camera.rows.T
         return _shade(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
     # Without normals the depth shows the shape: far points are paler.
     depths = screen[:, 2]

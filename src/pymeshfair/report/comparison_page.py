@@ -15,6 +15,7 @@ from PIL import Image
 from ..declaration import Floats
 from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
+from ..filters.topology import border_vertices, referenced_vertices
 from ..looking.comparison import Compared, Comparison, compare, same_elements, state_of
 from ..looking.picture import BAR_STRIP, COLORINGS, VIEWS, Appearance, Numbers, draw_color_bar, draw_meshes, in_unit
 from ..looking.words import (
@@ -73,7 +74,7 @@ def comparison_page(
     """
     comparison = compared.comparison
     least = 1.5 * compared.tolerance  # the colour bar must reach beyond the tolerance
-    low, high = symmetric_limits(compared.after_distance.distances)
+    low, high = symmetric_limits(compared.after_distance.distances, comparison.rounding)
     ends = limits or Limits(min(low, -least), max(high, least))
     curvatures = {name: mean_curvature(m.vertices, m.faces) for name, m in compared.meshes.items() if len(m.faces)}
     scene, shown = _scene(compared, up, markers or _markers(comparison, unit), ends, curvatures, unit)
@@ -234,11 +235,15 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
     meshes, distances = compared.meshes, compared.after_distance.at_vertices
+    used = {name: referenced_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items() if len(mesh.faces)}
+    distances = distances[used.get("after", ...)]
     sides = ", outwards above 0" if len(compared.before.mesh.faces) else ""
     charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances}, *ends)]
     if len(curvatures) == 2:
-        values = np.concatenate(list(curvatures.values()))
-        charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(values)))
+        inner = {name: used[name] & ~border_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items()}
+        defined = {name: values[inner[name]] for name, values in curvatures.items()}  # a curvature is 0 where it is not defined
+        ends = symmetric_limits(np.concatenate(list(defined.values())))
+        charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", defined, *ends))
         edges = {  # the sides of all faces, so that an inner edge counts twice
             name: np.concatenate([edge_lengths(mesh.vertices, mesh.faces[:, [k, k - 1]]) for k in range(3)])
             for name, mesh in meshes.items()

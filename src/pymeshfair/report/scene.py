@@ -20,8 +20,9 @@ from ..declaration import Floats, Ints
 from ..filters.geometry import cross_products, vector_lengths
 from ..filters.inspection import Limits, mesh_normals
 from ..filters.libraries import spatial
+from ..filters.mesh import bounding_box, mask_of
 from ..filters.topology import proper_faces
-from ..looking.picture import COLORINGS, Coloring, drawn_points, in_unit
+from ..looking.picture import COLORINGS, Coloring, in_unit
 from ..mesh_data import MeshData
 
 MOST_FACES = 120_000  # the largest number of faces of a mesh in a browser; larger meshes are decimated
@@ -40,37 +41,36 @@ class Shown:
     scalars: Mapping[str, Floats]  # (n,) scalars by the name of their coloring
     of_vertices: int  # the number of vertices of the whole mesh
     of_faces: int  # the number of faces of the whole mesh
-    kept: Ints  # (n,) the vertex of the whole mesh that gives each vertex its normal and scalars
+    kept: NDArray[np.integer]  # (n,) the vertex of the whole mesh that gives each vertex its normal and scalars
 
     @property
     def decimated(self) -> bool:
-        return len(self.vertices) < self.of_vertices
+        return len(self.elements) < self.of_faces or (not len(self.elements) and len(self.vertices) < self.of_vertices)
 
 
-def shown_mesh(
-    name: str,
-    mesh: MeshData,
-    *,
-    scalars: Mapping[str, Floats] | None = None,
-    like: Shown | None = None,
-) -> Shown:
+def shown_mesh(name: str, mesh: MeshData, *, scalars: Mapping[str, Floats] | None = None, like: Shown | None = None) -> Shown:
     """A mesh for the viewer: its faces, at most `MOST_FACES`; or else its edges; or else its points, at most `MOST_POINTS`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
-    at equal steps in its order are kept. Each vertex has the scalars and the normal of the nearest vertex of the whole mesh.
-    `like` is the `Shown` of this mesh before its vertices moved; the result has the elements of `like`.
+    at equal steps in its order are kept. Vertices that no face or edge uses are left out; each of the others has the scalars and
+    the normal of the nearest such vertex of the whole mesh. `like` is the `Shown` of this mesh before its vertices moved; the
+    result has the elements of `like`.
     """
     vertices, faces = mesh.vertices, mesh.faces
-    elements = faces if len(faces) else mesh.edges if len(mesh.edges) else np.empty((0, 3), dtype=np.int32)
-    points, kept = None, np.arange(len(vertices), dtype=np.int32)
+    points, elements = None, faces if len(faces) else mesh.edges
     if like is not None:
         kept, elements = like.kept, like.elements
-    elif len(faces) > MOST_FACES:
-        points, elements, kept = _simplified(vertices, faces)
-    elif not len(elements) and len(vertices) > MOST_POINTS:
-        kept = np.linspace(0, len(vertices) - 1, MOST_POINTS).astype(np.int32)
+    elif len(elements):
+        used = mask_of(elements, len(vertices))
+        kept, elements = np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[elements]
+        if len(faces) > MOST_FACES:
+            points, elements, nearest = _simplified(vertices[kept], elements)
+            kept = kept[nearest]
+    else:
+        elements = np.empty((0, 3), dtype=np.int32)
+        kept = np.linspace(0, len(vertices) - 1, min(len(vertices), MOST_POINTS)).astype(np.int32)
     numbers = {key: np.asarray(values)[kept] for key, values in (scalars or {}).items()}
-    file_normals = mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3)))
+    file_normals = np.nan_to_num(mesh.vertex_attributes.get("normals", np.zeros((len(vertices), 3))), posinf=0.0, neginf=0.0)
     normals = (mesh_normals(vertices, faces) if len(faces) else file_normals)[kept]
     return Shown(name, vertices[kept] if points is None else points, elements, normals, numbers, len(vertices), len(faces), kept)
 
@@ -172,8 +172,7 @@ def pack_scene(
 
 def least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
     """The bounding cube of what is drawn: its centre and half its side."""
-    drawn = np.concatenate([drawn_points(mesh.vertices, mesh.elements) for mesh in meshes])
-    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    low, high = bounding_box(np.concatenate([mesh.vertices for mesh in meshes]))
     return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
 
 

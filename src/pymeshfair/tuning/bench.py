@@ -5,7 +5,6 @@ parameter changes.
 """
 
 import asyncio
-import contextlib
 import tempfile
 import time
 from collections.abc import Callable
@@ -16,7 +15,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..declaration.parameters import unit_of_scan
 from ..errors import PymeshfairError, RunError
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import mean_curvature, symmetric_limits
@@ -87,7 +85,7 @@ class Bench:
             mesh = part_of(read.mesh, part)
             read = ReadMesh(scan, mesh, measure(mesh), read.warnings)
         self._before = state_of(read)
-        self._unit = unit_of_scan(None, self._before.mesh.unit)
+        self._unit = self._file_unit = self._before.mesh.unit
         self._scan = self._drawable("scan", self._before.mesh)
         centre, half = least_box([self._scan])
         self._box = centre, _ROOM * half
@@ -104,7 +102,9 @@ class Bench:
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
-        return {"warnings": [*job.recipe.warnings, *session.warnings], "tried": tried}, self._pack(self._result[1])
+        self._unit, doubts = job.unit_of(self._file_unit), job.doubts_of_unit(self._file_unit)
+        warnings = [*job.recipe.warnings, *doubts, *session.warnings]
+        return {"warnings": warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
         """Measures the last result; returns also its mesh with distances as colours."""
@@ -121,7 +121,7 @@ class Bench:
             "lines": comparison_lines(compared.comparison, self._unit),
         }
         scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
-        return numbers, self._pack(replace(shown, scalars=scalars))
+        return numbers, self._pack(replace(shown, scalars=scalars), compared.comparison.rounding)
 
     def _drawable(self, name: str, mesh: MeshData) -> Shown:
         first = self._before.mesh
@@ -129,8 +129,8 @@ class Bench:
         like = self._scan if mesh is not first and same_elements(mesh, first) else None
         return shown_mesh(name, mesh, scalars=scalars, like=like)
 
-    def _pack(self, shown: Shown) -> bytes:
-        limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
+    def _pack(self, shown: Shown, rounding: float = 0.0) -> bytes:
+        limits = {key: symmetric_limits(v, rounding if key == "distance" else 0.0) for key, v in shown.scalars.items()}
         return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 
 
@@ -210,9 +210,10 @@ class Workshop:
         await asyncio.wait({task}, timeout=_PATIENCE)
         if not task.done():
             task.cancel()
-            with contextlib.suppress(asyncio.CancelledError, RunError):
-                await task
+            await asyncio.wait({task})
             await self._end_process()
+        if not task.cancelled():
+            task.exception()  # else asyncio prints it when the page that waited for the task is closed
 
     async def _end_process(self) -> None:
         process, self._process = self._process, None

@@ -74,7 +74,7 @@ def controls(recipe: Recipe) -> dict[str, Any]:
 
 
 def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[str, ...]]:
-    """Returns the switched-on steps of a script with the page's values, and the changes as texts to `override` the script.
+    """Returns the switched-on steps of a script with the page's values, and the changes as texts to `override` these steps.
 
     Values are texts by parameter name, as for `parse_value`; an empty text keeps the script's value, except for a `String`.
     Raises `ChoiceError` for a wrong value.
@@ -99,7 +99,7 @@ def script_with(script: Script, settings: Sequence[Any]) -> tuple[Script, tuple[
                 script = with_parameter(script, str(index + 1), name, text)
             except ParameterError as error:
                 raise ChoiceError(index, name, str(error)) from error
-            overrides.append(f"{index + 1}.{name}={text}")
+            overrides.append(f"{len(kept)}.{name}={text}")
     if not kept:
         raise ParameterError("every step is switched off: switch one on")
     return script.with_steps(script.steps[index] for index in kept), tuple(overrides)
@@ -280,9 +280,7 @@ class Conversation:
                 try:
                     await handler_of[order["do"]](order)
                 except (PymeshfairError, OSError) as error:
-                    location: dict[str, Any] = (
-                        {"step": error.step, "parameter": error.parameter} if isinstance(error, ChoiceError) else {}
-                    )
+                    location = vars(error) if isinstance(error, ChoiceError) else {}
                     await self._send("problem", message=str(error), asked=order.get("asked"), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the page sent an unknown request; load the page again")
@@ -331,7 +329,6 @@ class Conversation:
         await self._send("recipe", key=name, **controls(self._recipes[name]))
 
     async def run(self, order: Mapping[str, Any]) -> None:
-        """Starts a run of the recipe with the values on the page."""
         recipe, overrides = self._tuned(order)
         scan = self._scan
         if scan.part is not None:

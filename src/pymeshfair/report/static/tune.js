@@ -5,6 +5,7 @@ const by = (id) => document.getElementById(id);
 const socket = new WebSocket(`ws://${location.host}${location.pathname}socket`);
 socket.binaryType = "arraybuffer";
 
+const NO_NUMBER = "no number"; // stands for a text in a field for numbers that the browser does not tell
 const state = {
   recipe: null, asked: 0, pending: 0, awaited: null, scan: null, result: null, told: null, kept: [], left: null, running: false,
   switching: false, scale: { diagonal: 1, edge: 1 },
@@ -49,8 +50,8 @@ function field(step, number, parameter) {
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
       ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value }, words))) : null;
-    const auto = parameter.automatic ? element("input", { type: "checkbox", "data-auto": "" }) : null;
-    text = () => auto && auto.checked ? parameter.automatic : input.value === "" ? parameter.value : input.value + (unit ? unit.value : "");
+    const auto = parameter.automatic ? element("input", { type: "checkbox", "data-auto": "", "aria-label": `${parameter.label}, auto` }) : null;
+    text = () => auto && auto.checked ? parameter.automatic : input.validity.badInput ? NO_NUMBER : input.value === "" ? parameter.value : input.value + (unit ? unit.value : "");
     const enable = () => { for (const part of [slider, input, ...(unit ? [unit] : [])]) part.disabled = Boolean(auto && auto.checked); };
     put = (value) => {
       if (auto) auto.checked = value === parameter.automatic;
@@ -69,7 +70,8 @@ function field(step, number, parameter) {
     if (auto) auto.addEventListener("change", () => { enable(); if (!auto.checked && input.value === "") input.value = slider.value; changed(); });
     row.showTried = (tried) => { row.querySelector("svg")?.remove(); if (length && tried.length > 1) slider.before(curve(tried, parameter, unit.value)); };
   }
-  row.put = (value) => { put(value); row.dataset.text = value; };
+  input.setAttribute("aria-description", title);
+  row.put = (value) => { put(value); row.dataset.text = value === NO_NUMBER ? text() : value; };
   row.put(parameter.value);
   row.dataset.first = row.dataset.text;
   input.addEventListener(parameter.kind === "switch" || parameter.kind === "menu" ? "change" : "input", changed);
@@ -200,8 +202,8 @@ function showScene() {
   const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);
   if (shown[2]) shown[2] = { ...shown[2], name: left.name };
   const colorings = { ...scan.colorings, ...(left && left.scene.colorings), ...(result || scan).colorings };
-  if (scan.colorings.curvature) colorings.curvature = scan.colorings.curvature;
-  viewer.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
+  if (scan.colorings.curvature) colorings.curvature = { ...scan.colorings.curvature, label: colorings.curvature.label };
+  viewer?.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
 }
 
 async function receive(told, scene) {
@@ -324,4 +326,4 @@ by("keep").addEventListener("click", keep);
 try {
   viewer = new Viewer(by("viewer"));
   connect(viewer, by("switches"));
-} catch (error) { complain(error.message); }
+} catch (error) { document.querySelector(".stage").replaceChildren(element("p", { class: "problem" }, error.message)); }
