@@ -23,7 +23,7 @@ from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, Work
 from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
-from ..files.provenance import formatted, provenance_path
+from ..files.provenance import formatted, provenance_path, sha256_of
 from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
@@ -307,7 +307,12 @@ def run_job(
                 further = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
-        place([*side_files, *report.maps, *further, output, provenance], stage, outdated=[provenance.target, *former_maps])
+        files = [*side_files, *report.maps, *further, output]
+        # A run that is killed in the middle can begin again if its provenance, by which it knows its files, came first.
+        if not job.output.exists() or sha256_of(job.output) == report.output["sha256"]:
+            place([provenance, *files], stage, outdated=[*former_maps])
+        else:
+            place([*files, provenance], stage, outdated=[provenance.target, *former_maps])
         remove_folder(stage)  # while the worker still runs: if this process is killed here, the worker removes it
     return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 
