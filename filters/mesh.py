@@ -150,8 +150,16 @@ class Whole:
 
     @property
     def diagonal(self) -> float:
-        scale = unit_scale(self.low, self.high)
-        return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
+        return float(np.linalg.norm(self.high * self.scale - self.low * self.scale)) / self.scale
+
+    @property
+    def middle(self) -> Floats:
+        return self.low * 0.5 + self.high * 0.5
+
+    @property
+    def scale(self) -> float:
+        """The `unit_scale` of the box."""
+        return unit_scale(self.low, self.high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,24 +249,13 @@ class NormalisedMesh:
         return result
 
     def check_far(self) -> None:
-        """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
-
-        With u = 2^-53, an edge of length e has e / (u |v|) units of rounding between vertices v and e / (u |p|) between points p.
-        If e |v| < u |p|^2, the second number is below the root of the first. In a cloud, edges join successive points.
-        """
+        """Refuses a mesh that has a far vertex, see `place_if_far`. In a cloud, edges join successive points."""
         cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
-        chosen = np.arange(0, count, max(1, count // _SAMPLE))
-        corners = self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]] * self.scale
-        before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - self.middle * self.scale))
-        edges = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
-        lost = edges * before[:, None] < np.finfo(float).eps / 2 * after[:, None] ** 2
-        if 4 * np.count_nonzero(lost & (edges > 0.0)) > np.count_nonzero(edges):
-            near = np.median(corners.reshape(-1, 3), axis=0)
-            i = int(self.used[np.abs(self.vertices[self.used] * self.scale - near).max(axis=1).argmax()])
-            raise FilterInputError(
-                f"vertex {i} at {self.vertices[i].tolist()} is so far from the others that the edges between them lose more than "
-                "half of their digits: remove it first, and others like it"
-            )
+        chosen = np.arange(0, count, sampled_every(count))
+        corners = self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]]
+        if (near := place_if_far(corners, self.middle, self.scale)) is not None:
+            i = int(self.used[distances_from(near, self.vertices[self.used], self.scale).argmax()])
+            raise far_vertex(i, self.vertices[i])
 
     @property
     def _listed(self) -> Ints:
@@ -287,10 +284,42 @@ def normalised_mesh(
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
         return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask, 0.0)
-    low, high = bounding_box(vertices if order is None else vertices[order]) if whole is None else (whole.low, whole.high)
-    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
-    diagonal = float(np.linalg.norm((high - middle) * scale - (low - middle) * scale))
+    box = whole or Whole(*bounding_box(vertices if order is None else vertices[order]))
+    middle, scale = box.middle, box.scale
+    diagonal = float(np.linalg.norm((box.high - middle) * scale - (box.low - middle) * scale))
     return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal, is_part=whole is not None)
+
+
+def sampled_every(count: int) -> int:
+    """Returns k, for a sample of every k-th of `count` cells."""
+    return max(1, count // _SAMPLE)
+
+
+def place_if_far(corners: Floats, middle: Floats, scale: float) -> Floats | None:
+    """Returns the median place, times `scale`, if a vertex is so far away that a quarter of the edges lose half of their digits.
+
+    `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e has e / (u |v|) units of rounding
+    between vertices v and e / (u |p|) between points p. If e |v| < u |p|^2, the second number is below the root of the first.
+    """
+    corners = corners * scale
+    before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - middle * scale))
+    edges = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
+    lost = edges * before[:, None] < np.finfo(float).eps / 2 * after[:, None] ** 2
+    is_far = 4 * np.count_nonzero(lost & (edges > 0.0)) > np.count_nonzero(edges)
+    return np.median(corners.reshape(-1, 3), axis=0) if is_far else None
+
+
+def distances_from(near: Floats, vertices: Floats, scale: float) -> Floats:
+    """(n,) how far the vertices are from the place that `place_if_far` returns."""
+    return np.asarray(np.abs(vertices * scale - near).max(axis=1, initial=0.0))
+
+
+def far_vertex(number: int, place: Floats) -> FilterInputError:
+    """The error for the vertex that is farthest from the others."""
+    return FilterInputError(
+        f"vertex {number} at {place.tolist()} is so far from the others that the edges between them lose more than half of their "
+        "digits: remove it first, and others like it"
+    )
 
 
 @compiled

@@ -18,7 +18,7 @@ from ..files.outputs import check_output
 from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
-from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal
 from ..filters.outliers import found_words
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
@@ -210,8 +210,8 @@ class _TiledRun:
 
 def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
     sides = [float(b - a) if sizes["points"] else 0.0 for a, b in zip(sizes["low"], sizes["high"], strict=True)]
-    diagonal = float(np.hypot.reduce(sides))
-    known = {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
+    known = {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "sides": sides}
+    known["diagonal"] = box_diagonal(np.stack([sizes["low"], sizes["high"]])) if sizes["points"] else 0.0
     return dict.fromkeys(measure.name for measure in fields(SurfaceMeasures)) | known
 
 
