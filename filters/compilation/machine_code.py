@@ -6,6 +6,7 @@ modules. This module loads the extension modules by their paths, and llvmlite li
 
 import builtins
 import ctypes
+import hashlib
 import importlib.machinery
 import importlib.metadata
 import importlib.util
@@ -26,6 +27,8 @@ _X86_LEVELS = (
     ("x86-64-v3", ("avx2", "bmi2", "f16c", "fma", "lzcnt", "movbe")),
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
+#: The size of a SHA-256 digest, which ends a stored file, in bytes.
+_DIGEST = 32
 _LOCK = threading.RLock()
 #: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
@@ -111,8 +114,10 @@ def stored() -> Stored:
 def read(name: str) -> MachineCode | None:
     """Returns the code stored under a name, or None."""
     for place in (INSTALLED, users_folder()):
-        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # no such file, or it is damaged
-            return MachineCode(*pickle.loads((place / platform_name() / name).read_bytes()))
+        with suppress(OSError):  # there is no such file
+            data = (place / platform_name() / name).read_bytes()
+            if data.endswith(hashlib.sha256(data[:-_DIGEST]).digest()):  # damaged machine code would end the process
+                return MachineCode(*pickle.loads(data))
     return None
 
 
@@ -123,7 +128,8 @@ def write(name: str, code: MachineCode) -> None:
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
-            part.write_bytes(pickle.dumps(tuple(code)))
+            data = pickle.dumps(tuple(code))
+            part.write_bytes(data + hashlib.sha256(data).digest())
             part.replace(place / name)
         finally:
             part.unlink(missing_ok=True)
