@@ -255,12 +255,12 @@ class Session:
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
-        if job.map is not None:
-            tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
-            maps = stage_map(self._stage / "new", job.map_files, origins, tolerance)
         output: dict[str, Any] | None = None
         staged: tuple[StagedFile, ...] = ()
         try:
+            if job.map is not None:
+                tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
+                maps = stage_map(self._stage / "new", job.map_files, origins, tolerance)
             if not broken or job.keep_broken:
                 output, staged = self._saved(after, source.get("unit"))
             if staged and (PRINTABLE, None) in job.all_guards.require:

@@ -65,19 +65,19 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
     results, end, note = _former(path, key) if resume else ({}, 0, "")
     with contextlib.ExitStack() as opened:
         try:
-            if not end:
-                remove_folder(path)
-                path.mkdir(mode=0o700)
-            opened.enter_context(in_use(path))
-            journal = opened.enter_context((path / _JOURNAL).open("r+b" if end else "wb"))
-            journal.truncate(end)
-            journal.seek(end)
-            if not end:
-                journal.write(pickle.dumps(dict(key)))
-                journal.flush()
-        except OSError as error:
-            raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
-        try:
+            try:
+                if not end:
+                    remove_folder(path)
+                    path.mkdir(mode=0o700)
+                opened.enter_context(in_use(path))
+                journal = opened.enter_context((path / _JOURNAL).open("r+b" if end else "wb"))
+                journal.truncate(end)
+                journal.seek(end)
+                if not end:
+                    journal.write(pickle.dumps(dict(key)))
+                    journal.flush()
+            except OSError as error:
+                raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
             yield WorkFolder(path, note, journal, results)
         except BaseException as error:
             if not resume and not isinstance(error, LostSchedulerError):
