@@ -7,6 +7,7 @@ A journal has one line of JSON for each outcome; the line is on the disk before 
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import json
 import math
@@ -154,7 +155,9 @@ class Journal(AbstractContextManager["Journal"]):
             self._file.seek(max(0, size - 1))
             if size and self._file.read(1) != b"\n":  # a killed batch leaves an incomplete last line
                 line = b"\n" + line
-            self._file.write(line)
+            if self._file.write(line) < len(line):  # the system writes what fits on the disk
+                self._file.truncate(size)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             os.fsync(self._file.fileno())
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
