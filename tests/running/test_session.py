@@ -23,7 +23,7 @@ from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, UNCHECKED, WRITABLE, attributes_of
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
-from pymeshfair.files.provenance import sha256_of
+from pymeshfair.files.provenance import described_file, sha256_of
 from pymeshfair.filters.compilation import kernel
 from pymeshfair.recipe import Recipe, load_recipe
 from pymeshfair.running.document import Document
@@ -483,6 +483,20 @@ def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatc
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))
     with pytest.raises(OutputError, match="no space left on device"):
         session_report(path, tmp_path / "out.ply", map=tmp_path / "map.ply")
+
+
+def test_a_file_that_changes_before_its_checksum_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the record would have the checksum of a file that was not read."""
+
+    def described(path: Path) -> dict[str, Any]:
+        path.write_bytes(ply_bytes(xyz(), head="comment another"))
+        return described_file(path)
+
+    monkeypatch.setattr("pymeshfair.running.session.described_file", described)
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz()))
+    with pytest.raises(InputError, match="it changed while it was read"):
+        session_report(path, tmp_path / "out.ply")
 
 
 def test_a_later_step_is_changed_without_the_earlier_ones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
