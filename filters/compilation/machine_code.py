@@ -27,8 +27,6 @@ _X86_LEVELS = (
     ("x86-64-v3", ("avx2", "bmi2", "f16c", "fma", "lzcnt", "movbe")),
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
-#: The size of a SHA-256 digest, which ends a stored file, in bytes.
-_DIGEST = 32
 _LOCK = threading.RLock()
 #: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
@@ -116,7 +114,7 @@ def read(name: str) -> MachineCode | None:
     for place in (INSTALLED, users_folder()):
         with suppress(OSError):  # there is no such file
             data = (place / platform_name() / name).read_bytes()
-            if data.endswith(hashlib.sha256(data[:-_DIGEST]).digest()):  # damaged machine code would end the process
+            if data.endswith(hashlib.sha256(data[:-32]).digest()):  # damaged machine code would end the process
                 return MachineCode(*pickle.loads(data))
     return None
 

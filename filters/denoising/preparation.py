@@ -186,8 +186,7 @@ def rings_of_relaxation(iterations: int) -> int:
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
     """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
-    Vertices go back, see `going_back`, at first by half of their move, then by all of it. This ends, because at least one vertex
-    goes back each time.
+    Vertices go back by half of their move, then by all of it, see `going_back`; at least one does each time, so that this ends.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):

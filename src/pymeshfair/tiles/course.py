@@ -61,13 +61,7 @@ def run_by_tiles(
     """Carries out a job by tiles of at most `most` points or vertices; None: tiles are as large as the memory allows.
 
     Tiles are sized so that command and workers together stay within the `memory_limit` of the job. With `resume` the run
-    continues from the files of a killed run, and a failure keeps the temporary files. `check_wanted` is called twice a second
-    or more often, and may raise to stop.
-
-    Raises:
-        ScriptError: a step cannot be done by tiles.
-        ParameterError: no steps, too little memory, or an option that needs the whole mesh.
-        InputError, OutputError, StepFailedError, KeyboardInterrupt: as in `run_job`. TileError: a task of a tile failed.
+    continues from the files of a killed run, and a failure keeps the temporary files. `check_wanted` may raise to stop.
     """
     plan, memory, share = check(job)
 

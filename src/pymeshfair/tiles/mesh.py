@@ -22,37 +22,11 @@ from ..filters import denoising
 from ..filters.execution import ignore_progress, part_of
 from ..filters.geometry import vertex_normals_by_angle
 from ..filters.inspection import folded_faces
-from ..filters.mesh import (
-    Bools,
-    Floats,
-    Ints,
-    Longs,
-    NormalisedMesh,
-    Whole,
-    check_healthy,
-    distances_from,
-    far_vertex,
-    mask_of,
-    normalised_mesh,
-    place_if_far,
-    sampled_every,
-)
+from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, check_healthy, mask_of, normalised_mesh
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
-from .plan import (
-    MESHLAB,
-    NORMALS,
-    Filtering,
-    PlannedStep,
-    apply,
-    choose,
-    cost_of,
-    filtering_of,
-    rings_of,
-    slice_rows,
-    surface_vertices,
-)
+from .plan import NORMALS, Filtering, PlannedStep, apply, choose, cost_of, filtering_of, rings_of, slice_rows, surface_vertices
 from .sources import MeshFile
 from .workers import Tasks
 
@@ -88,10 +62,7 @@ class Surface:
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
-        """Writes each face to the files of the buckets that its corners are in; returns the number of faces.
-
-        `slices` yields faces as (m, 3) numbers of vertices. Vertices are read `size` at a time.
-        """
+        """Writes each face, given by numbers of vertices, to the files of the buckets of its corners; counts the faces."""
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
         slots = np.memmap(self.slots.path, "<i4", "r+")
@@ -223,25 +194,21 @@ class MeshTiles:
     with_normals: bool = False  # whether `finish` writes normals, too
 
     def box(self, first: int, last: int) -> tuple[Floats, Floats, bool, Floats]:
-        """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices.
-
-        Also returns (s, 3, 3) the corners of a sample of the tile's faces.
-        """
+        """Returns the box of the tile's vertices with a proper face, whether some are on borders, and corners of some faces."""
         tile = tile_with_rings(self.surface, first, last, 1)
         proper = proper_faces(tile.faces)
         points = tile.vertices[mask_of(tile.faces[proper], len(tile.vertices)) & tile.inside]
         border = bool((border_vertices(tile.faces, len(tile.vertices)) & tile.inside).any())
-        sampled = proper & tile.inside_faces & (tile.face_numbers % sampled_every(self.surface.faces) == 0)
+        sampled = proper & tile.inside_faces & (tile.face_numbers % max(1, self.surface.faces // Whole.sampled) == 0)
         low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
         return low, high, border, tile.vertices[tile.faces[sampled]]
 
-    def farthest(self, near: Floats, scale: float, first: int, last: int) -> tuple[float, int, Floats]:
-        """Returns the greatest of the `distances_from` of the tile's vertices with a proper face, with its vertex."""
+    def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
+        """Returns how far the tile's vertex with a face that is farthest from a place is, times a scale, its number and place."""
         tile = tile_with_rings(self.surface, first, last, 1)
-        used = mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside
-        away = np.where(used, distances_from(near, tile.vertices, scale), -1.0)
-        i = int(away.argmax())
-        return float(away[i]), int(tile.numbers[i]), tile.vertices[i]
+        rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
+        away, i = whole.farthest(tile.vertices[rows], place)
+        return away, int(tile.numbers[rows[i]]) if len(rows) else 0, tile.vertices[rows[i] if len(rows) else 0]
 
     def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
         """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
@@ -358,17 +325,14 @@ class FilteringTiles:
         start, end = self.surface.cells.slots_of(first, last)
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
-    def unfold(self, share: float, first: int, last: int) -> tuple[int, int]:
-        """Moves vertices at new folds back to a share of their move; returns how many folds there were before and after it."""
+    def unfold(self, share: float, first: int, last: int) -> tuple[int, ...]:
+        """Moves vertices at new folds back to a share of their move; returns the numbers of `notes_on_folds` before that."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
         tile.write(self.surface.moved, denoising.going_back(before, after, tile.faces, folded_after & ~folded_before, share))
-        return int(folded_before[tile.inside_faces].sum()), int(folded_after[tile.inside_faces].sum())
-
-    def causes_of_folds(self, first: int, last: int) -> tuple[int, int, int]:
-        tile = tile_with_rings(self.surface, first, last, 1, points=self.surface.before)
-        return denoising.causes_of_folds(tile.vertices, tile.faces, tile.inside)
+        counts = (int(folded[tile.inside_faces].sum()) for folded in (folded_before, folded_after))
+        return *counts, *denoising.causes_of_folds(before, tile.faces, tile.inside)
 
 
 def cut(
@@ -398,8 +362,7 @@ def cut(
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
-    box = {"low": low.tolist(), "high": high.tolist()}
-    return surface, {"points": count, "faces": surface.faces, **box, "points_per_tile": vertices}
+    return surface, {"points": count, "faces": surface.faces, "low": low, "high": high, "points_per_tile": vertices}
 
 
 def do_move(
@@ -410,9 +373,9 @@ def do_move(
     report: dict[str, Any] = {}
     whole, is_open, corners = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
     progress = part_of(progress, 0.1, 1.0)
-    if step.filter != MESHLAB and (near := place_if_far(corners, whole.middle, whole.scale)) is not None:
-        found = tasks.map(work.farthest, [(near, whole.scale, *tile) for tile in tiles])
-        raise far_vertex(*max(found, key=lambda vertex: (vertex[0], -vertex[1]))[1:])
+    if not step.is_builtin and (place := whole.place_if_far(corners)) is not None:
+        found = tasks.map(work.farthest, [(place, whole, *tile) for tile in tiles])
+        raise whole.far_vertex(*max(found, key=lambda vertex: (vertex[0], -vertex[1]))[1:])
     if step.filter == NORMALS and filtering_of(values) is None:
         chosen_values, notes = tasks.run(work.choose, values, is_open)
         values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
@@ -431,20 +394,12 @@ def do_move(
             filters = replace(filters, whole=_whole(work, tiles, tasks)[0])
     if filtering.outer_iterations:
         _do_rounds(filters, tiles, tasks, progress)
-    return {**report, **_unfold(filters, tiles, tasks, report.get("notes", ()))}
-
-
-def _unfold(work: FilteringTiles, tiles: Ranges, tasks: Tasks, notes: tuple[str, ...]) -> dict[str, Any]:
-    """Moves vertices at new folds back; returns the numbers of folds before and after the step, and notes on their causes."""
     share = denoising.HALF_WAY
-    while True:
-        before, after = np.sum(tasks.map(work.unfold, [(share, *tile) for tile in tiles]), axis=0).tolist()
-        if after <= before:
-            break
-        tasks.run(work.surface.replace_column, work.surface.moved, work.surface.cells.points)
+    while (counts := np.sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles]), axis=0).tolist())[1] > counts[0]:
+        tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         share = 0.0
-    causes = np.sum(tasks.map(work.causes_of_folds, tiles), axis=0).tolist() if after else (0, 0, 0)
-    return {"folded_before": before, "folded_after": after, "notes": notes + denoising.notes_on_folds(before, after, *causes)}
+    notes = report.get("notes", ()) + denoising.notes_on_folds(*counts)
+    return {**report, "folded_before": counts[0], "folded_after": counts[1], "notes": notes}
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
@@ -473,10 +428,7 @@ def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Call
 def _whole(
     work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
 ) -> tuple[Whole, bool, Floats]:
-    """Returns the box of the vertices of faces, whether the mesh has a border, and the corners of a sample of faces.
-
-    Without faces both corners of the box are 0.
-    """
+    """Returns the box of the vertices of faces (without faces 0), whether the mesh has a border, and corners of some faces."""
     lows, highs, borders, corners = zip(*tasks.map(work.box, tiles, progress), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     if not np.isfinite(low).all():
