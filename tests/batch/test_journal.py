@@ -55,7 +55,7 @@ def test_a_line_that_does_not_fit_on_the_disk_is_an_error(tmp_path: Path) -> Non
     with Journal(tmp_path, resume=True) as journal:
         resource.setrlimit(resource.RLIMIT_FSIZE, (50, limits[1]))
         try:
-            with pytest.raises(BatchError, match="No space left"):
+            with pytest.raises(BatchError, match="the disk is full"):
                 journal.append(Outcome("in", "a", "done", 1.0))
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)

@@ -7,7 +7,6 @@ A journal has one line of JSON for each outcome; the line is on the disk before 
 from __future__ import annotations
 
 import csv
-import errno
 import io
 import json
 import math
@@ -157,7 +156,7 @@ class Journal(AbstractContextManager["Journal"]):
                 line = b"\n" + line
             if self._file.write(line) < len(line):  # the system writes what fits on the disk
                 self._file.truncate(size)
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                raise BatchError(f"cannot write the journal {self.path}: the disk is full")
             os.fsync(self._file.fileno())
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error
