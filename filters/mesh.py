@@ -6,7 +6,7 @@ A filter begins with a normalised mesh: centred, without unused vertices, of ord
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,9 +66,8 @@ FITS_IN_CACHE = 200_000
 def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
     """Returns the mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous; such arrays are not copied.
 
-    Raises:
-        FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
-            gives the first wrong element and the number of wrong ones.
+    Raises `FilterInputError` for a wrong shape or type, a coordinate that is not finite and an index that names no vertex; the
+    message gives the first wrong element and the number of wrong ones.
     """
     points = check_points(vertices)
     return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
@@ -145,13 +144,42 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
 class Whole:
     """The properties of a whole mesh; with them a filter on a part of the mesh gives the same bits as on the whole."""
 
+    sampled: ClassVar[int] = _SAMPLE  # number of cells in a sample, see `place_if_far`
     low: Floats  # (3,) the lowest coordinates of the vertices that its cells use
     high: Floats  # (3,) the highest coordinates of these vertices
 
     @property
     def diagonal(self) -> float:
-        scale = unit_scale(self.low, self.high)
-        return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
+        return float(np.linalg.norm(self.high * self.scale - self.low * self.scale)) / self.scale
+
+    @property
+    def scale(self) -> float:
+        return unit_scale(self.low, self.high)
+
+    def place_if_far(self, corners: Floats) -> Floats | None:
+        """Returns the median place if a vertex is so far away that a quarter of the edges lose more than half of their digits.
+
+        `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e has e / (u |v|) units of rounding
+        between vertices v and e / (u |p|) between points p. If e |v| < u |p|^2, the second number is below the root of the first.
+        """
+        corners, middle = corners * self.scale, self.low * 0.5 + self.high * 0.5
+        before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - middle * self.scale))
+        edges = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
+        lost = edges * before[:, None] < np.finfo(float).eps / 2 * after[:, None] ** 2
+        is_far = 4 * np.count_nonzero(lost & (edges > 0.0)) > np.count_nonzero(edges)
+        return np.median(corners.reshape(-1, 3), axis=0) / self.scale if is_far else None
+
+    @staticmethod
+    def far_vertex(number: int, place: Floats) -> FilterInputError:
+        return FilterInputError(
+            f"vertex {number} at {place.tolist()} is so far from the others that the edges between them lose more than half of "
+            "their digits: remove it first, and others like it"
+        )
+
+    def farthest(self, vertices: Floats, place: Floats) -> tuple[float, int]:
+        """Returns the greatest distance of vertices from a place, times `scale`, and the vertex there."""
+        away = np.abs(vertices * self.scale - place * self.scale).max(axis=1)
+        return float(away.max(initial=-1.0)), int(away.argmax()) if len(away) else -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,24 +269,14 @@ class NormalisedMesh:
         return result
 
     def check_far(self) -> None:
-        """Refuses a mesh with a vertex so far from the others that a quarter of the edges lose more than half of their digits.
-
-        With u = 2^-53, an edge of length e has e / (u |v|) units of rounding between vertices v and e / (u |p|) between points p.
-        If e |v| < u |p|^2, the second number is below the root of the first. In a cloud, edges join successive points.
-        """
+        """Refuses a mesh that has a far vertex, see `Whole.place_if_far`. In a cloud, edges join successive points."""
         cells, count = self.cells_in_vertices, len(self.cells_in_vertices) or len(self) - 1
         chosen = np.arange(0, count, max(1, count // _SAMPLE))
-        corners = self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]] * self.scale
-        before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - self.middle * self.scale))
-        edges = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
-        lost = edges * before[:, None] < np.finfo(float).eps / 2 * after[:, None] ** 2
-        if 4 * np.count_nonzero(lost & (edges > 0.0)) > np.count_nonzero(edges):
-            near = np.median(corners.reshape(-1, 3), axis=0)
-            i = int(self.used[np.abs(self.vertices[self.used] * self.scale - near).max(axis=1).argmax()])
-            raise FilterInputError(
-                f"vertex {i} at {self.vertices[i].tolist()} is so far from the others that the edges between them lose more than "
-                "half of their digits: remove it first, and others like it"
-            )
+        vertices = self.vertices if self.order is None else self.vertices[self.order]
+        whole = Whole(*bounding_box(vertices)) if count > 0 else Whole(np.zeros(3), np.zeros(3))
+        place = whole.place_if_far(self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]])
+        if place is not None:
+            raise Whole.far_vertex(i := int(self.used[whole.farthest(vertices, place)[1]]), self.vertices[i])
 
     @property
     def _listed(self) -> Ints:
@@ -268,14 +286,10 @@ class NormalisedMesh:
 def normalised_mesh(
     vertices: Floats, cells: Ints, movable: ArrayLike | None = None, whole: Whole | None = None
 ) -> NormalisedMesh:
-    """Normalises a checked mesh; its points have the order of the vertices.
+    """Normalises a checked mesh of (n, 3) vertices and (m, 3) triangles or (e, 2) edges; points have the order of the vertices.
 
-    Args:
-        vertices: (n, 3) coordinates.
-        cells: (m, 3) triangles or (e, 2) edges. A cell that names a vertex twice uses no vertex. Without cells the vertices are a
-            point cloud, and all have a point.
-        movable: (n,) bool, which vertices may move; None for all. Anything else is a `FilterInputError`.
-        whole: the properties of the mesh of which this mesh is a part; None if this mesh is complete.
+    A cell that names a vertex twice uses no vertex. Without cells the vertices are a point cloud, and all have a point. `movable`
+    (n,) says which vertices may move, None for all; `whole` has the properties of the mesh of which this mesh is a part.
     """
     mask = None if movable is None else check_movable(movable, len(vertices))
     order = None
@@ -287,9 +301,9 @@ def normalised_mesh(
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
         return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask, 0.0)
-    low, high = bounding_box(vertices if order is None else vertices[order]) if whole is None else (whole.low, whole.high)
-    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
-    diagonal = float(np.linalg.norm((high - middle) * scale - (low - middle) * scale))
+    box = whole or Whole(*bounding_box(vertices if order is None else vertices[order]))
+    middle, scale = box.low * 0.5 + box.high * 0.5, box.scale
+    diagonal = float(np.linalg.norm((box.high - middle) * scale - (box.low - middle) * scale))
     return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal, is_part=whole is not None)
 
 
@@ -370,8 +384,7 @@ def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
     """Raises `FilterInputError` if a vertex has moved by more than `FURTHEST` diagonals, which makes a spike, or is not finite.
 
-    The vertices are of ordinary size. `diagonal` is the diagonal of their mesh or region; with 0 nothing is checked. The
-    message names the vertex by the (n,) `numbers`, or by its index, and ends with the `advice`.
+    With a `diagonal` of 0 nothing is checked. The message names the vertex by its number, if given, and ends with the `advice`.
     """
     squares = np.square(after - before).sum(axis=1)
     k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
@@ -398,8 +411,7 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
 def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
     """Whether `sweeps` sweeps over the one-rings save more time after a reordering than the reordering takes.
 
-    The order does not change the result of a sweep. `size` is how much a kernel reads for a vertex and its faces, in units of
-    three coordinates.
+    `size` is how much a kernel reads for a vertex and its faces, in units of three coordinates.
     """
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False

@@ -1,7 +1,6 @@
 """Denoising that keeps edges: filters of face normals, which the vertices follow, and bilateral filters of positions."""
 
 from dataclasses import asdict, dataclass, fields
-from itertools import compress
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -11,10 +10,10 @@ from pymeshfair.errors import MeshError
 from pymeshfair.filters import denoising
 from pymeshfair.filters.choosing import Projection, chosen_projection, compare_smoothers
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.inspection import folded_faces, triangle_shapes
+from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
-from pymeshfair.filters.topology import BorderPolicy, border_vertices, face_adjacency, faces_across, referenced_vertices
+from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
 from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
 
@@ -66,8 +65,6 @@ class NormalFilterParameters:
 #: the parameters of `filter_face_normals`
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 CHOOSING = 0.7  # the share of the progress that a choice takes, if there is one
-#: the `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note
-SLIVER, MANY_SLIVERS = 0.2, 0.05
 
 
 @vertex_smoother(
@@ -141,7 +138,9 @@ def apply_coord_normal_filtering(
     notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
-    return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=(*notes, *_warnings(layer, before, after)))
+    causes = denoising.causes_of_folds(layer.vertices, layer.faces, np.ones(len(vertices), np.bool_))
+    notes += denoising.notes_on_folds(before, after, *causes)
+    return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=notes)
 
 
 @mesh_filter(
@@ -202,20 +201,6 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
     options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
     comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
     return reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
-
-
-def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
-    """Notes on the causes if faces are still folded over: slivers, and neighbouring faces that are oriented differently."""
-    if after == 0:
-        return ()
-    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER))
-    turned = len(face_adjacency(layer.faces)[0]) - np.count_nonzero(faces_across(layer.faces) >= 0) // 2
-    why = (
-        f"{slivers:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",
-        f"{turned:,} edges join faces that are oriented differently: run Re-Orient all faces coherently first",
-    )
-    causes = compress(why, (slivers > MANY_SLIVERS, turned > 0))
-    return tuple(f"{after} faces are folded over, {before} were before; {cause}" for cause in causes)
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

@@ -6,6 +6,7 @@ modules. This module loads the extension modules by their paths, and llvmlite li
 
 import builtins
 import ctypes
+import hashlib
 import importlib.machinery
 import importlib.metadata
 import importlib.util
@@ -111,8 +112,10 @@ def stored() -> Stored:
 def read(name: str) -> MachineCode | None:
     """Returns the code stored under a name, or None."""
     for place in (INSTALLED, users_folder()):
-        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # no such file, or it is damaged
-            return MachineCode(*pickle.loads((place / platform_name() / name).read_bytes()))
+        with suppress(OSError):  # there is no such file
+            data = (place / platform_name() / name).read_bytes()
+            if data.endswith(hashlib.sha256(data[:-32]).digest()):  # damaged machine code would end the process
+                return MachineCode(*pickle.loads(data))
     return None
 
 
@@ -123,7 +126,8 @@ def write(name: str, code: MachineCode) -> None:
         place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
-            part.write_bytes(pickle.dumps(tuple(code)))
+            data = pickle.dumps(tuple(code))
+            part.write_bytes(data + hashlib.sha256(data).digest())
             part.replace(place / name)
         finally:
             part.unlink(missing_ok=True)

@@ -41,9 +41,6 @@ def face_neighbourhoods(
     """Returns the neighbourhood of each face; `at_vertices` is from `vertex_faces`.
 
     "radius" and "geodesic" need the (m, 3) centres of the faces and a `radius`. The time grows with the square of the radius.
-
-    Raises:
-        FilterInputError: an unknown kind; or no centres, or no radius above 0, for a kind that needs both.
     """
     check_choice("neighborhood", kind, Neighborhood)
     touching = _listed(len(faces), _visit_touching, faces, at_vertices, kind == "edge")

@@ -5,6 +5,7 @@ The relaxation is a number of Taubin steps, which reduce noise that would flip f
 
 import math
 from collections.abc import Mapping
+from itertools import compress
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -12,9 +13,9 @@ import numpy as np
 from ..checks import check_choice, check_whole_number
 from ..diffusion.explicit import taubin_fairing
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..inspection import folded_faces
+from ..inspection import folded_faces, triangle_shapes
 from ..mesh import Bools, Floats, Ints, Whole
-from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
+from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, face_adjacency, faces_across
 from .impulses import Outliers, without_outliers
 from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
 from .normal_filtering import normal_filtering
@@ -29,6 +30,8 @@ _ALL_DIRECTIONS = 0.85
 #: The share of their moves that corners of newly folded faces keep in the first pass of `unfolded` (0 would restore spikes), and
 #: the number of rings of faces around a vertex on which its place after one pass depends.
 HALF_WAY, RINGS_OF_UNFOLDING = 0.5, 3
+# The `triangle_shapes` below which a triangle is a sliver (height about 1/10 of the base); the share of slivers that gets a note.
+_SLIVER, _MANY_SLIVERS = 0.2, 0.05
 
 
 def denoised(
@@ -183,8 +186,7 @@ def rings_of_relaxation(iterations: int) -> int:
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
     """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
-    Vertices go back, see `going_back`, at first by half of their move, then by all of it. This ends, because at least one vertex
-    goes back each time.
+    Vertices go back by half of their move, then by all of it, see `going_back`; at least one does each time, so that this ends.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):
@@ -204,3 +206,26 @@ def going_back(before: Floats, after: Floats, faces: Ints, new: Bools, share: fl
     back[faces[new]] = around[faces[stuck]] = True
     back[faces[around[faces].any(axis=1)]] = True
     return np.where((back & away)[:, None], before + share * (after - before), after)
+
+
+def causes_of_folds(vertices: Floats, faces: Ints, inside: Bools) -> tuple[int, int, int]:
+    """Returns the numbers of faces, of slivers, and of edges whose two faces are oriented differently.
+
+    Only faces and edges whose lowest vertex is `inside` (n,) count, so that the parts of a mesh add up to the mesh.
+    """
+    counts = inside[faces.min(axis=1)]
+    slivers = counts & (triangle_shapes(vertices, faces) < _SLIVER)
+    pairs = inside[face_adjacency(faces)[1][:, 0]]
+    coherent = (faces_across(faces) >= 0) & inside[np.minimum(faces, np.roll(faces, -1, axis=1))]
+    return int(counts.sum()), int(slivers.sum()), int(pairs.sum()) - int(coherent.sum()) // 2
+
+
+def notes_on_folds(before: int, after: int, faces: int, slivers: int, turned: int) -> tuple[str, ...]:
+    """Notes on the `causes_of_folds` if some faces are folded over `after` a filter; `before` it there were so many."""
+    share = slivers / max(faces, 1)
+    why = (
+        f"{share:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",
+        f"{turned:,} edges join faces that are oriented differently: run Re-Orient all faces coherently first",
+    )
+    causes = compress(why, (share > _MANY_SLIVERS, turned > 0)) if after else ()
+    return tuple(f"{after} faces are folded over, {before} were before; {cause}" for cause in causes)

@@ -179,11 +179,7 @@ class Surface:
 
     @classmethod
     def of(cls, vertices: ArrayLike, faces: ArrayLike) -> "Surface":
-        """The surface of (n, 3) vertices and (m, 3) triangles; their cloud if no triangle has three distinct vertices.
-
-        Raises:
-            FilterInputError: not a mesh, or no vertices.
-        """
+        """The surface of (n, 3) vertices and (m, 3) triangles; their cloud if no triangle has three distinct vertices."""
         points, triangles = check_mesh(vertices, faces)
         if len(points) == 0:
             raise FilterInputError("the reference has no vertices: there is nothing to measure from")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -43,6 +44,22 @@ def test_torn_lines_are_passed_over(tmp_path: Path) -> None:
         assert set(read_journal(journal.path)) == {"a", "b"}
         journal.append(Outcome("in", "d", "done", 1.0))
     assert set(read_journal(journal.path)) == {"d"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no limit of file sizes")
+def test_a_line_that_does_not_fit_on_the_disk_is_an_error(tmp_path: Path) -> None:
+    """The system writes what fits and calls that no error; nothing of the line stays, as a journal of half a line is nobody's."""
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Journal(tmp_path, resume=True) as journal:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (50, limits[1]))
+        try:
+            with pytest.raises(BatchError, match="the disk is full"):
+                journal.append(Outcome("in", "a", "done", 1.0))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert not journal.path.stat().st_size
 
 
 def test_one_batch_at_a_time(tmp_path: Path) -> None:

@@ -139,6 +139,19 @@ def test_a_damaged_file_in_the_store_is_compiled_again(tmp_path: Path) -> None:
     assert int(done.stdout.split()[-2]) > 0
 
 
+def test_machine_code_with_a_wrong_byte_is_not_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a disk has changed in the middle of a file would end the process, so it counts as missing."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    code = machine_code.MachineCode(b"machine code" * 100, "function", "environment", ("a constant",))
+    machine_code.write("kernel", code)
+    assert machine_code.read("kernel") == code
+    (file,) = tmp_path.glob("pymeshfair/*/kernel")
+    data = bytearray(file.read_bytes())
+    data[500] ^= 1
+    file.write_bytes(data)
+    assert machine_code.read("kernel") is None
+
+
 def test_a_change_of_what_a_kernel_is_compiled_from_changes_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Constants of its module, kernels that it calls and what numba is told are part of a kernel, as its own code is."""
 

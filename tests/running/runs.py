@@ -51,12 +51,13 @@ def element(header: PlyHeader, name: str) -> PlyElement:
 
 
 def session_report(
-    source: Path, output: Path, *steps: Given, allow_outside: bool = False, keep_all: bool = False
+    source: Path, output: Path, *steps: Given, allow_outside: bool = False, keep_all: bool = False, map: Path | None = None
 ) -> dict[str, Any]:
     """What a worker reports of a run, carried out in this process; the output is left in the staging folder."""
     stage = output.parent / f"stage-{output.name}"
     (stage / "new").mkdir(parents=True)
-    job = Job(recipe_of(*steps), source.absolute(), output.absolute(), allow_outside=allow_outside, keep_all=keep_all)
+    options: dict[str, Any] = {"allow_outside": allow_outside, "keep_all": keep_all, "map": map}
+    job = Job(recipe_of(*steps), source.absolute(), output.absolute(), **options)
     report = Session(job, stage.absolute(), lambda event: None).run()
     return {**vars(report), "warnings": list(report.warnings), "steps": [vars(step) for step in report.steps]}
 

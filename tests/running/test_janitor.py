@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.provenance import read_provenance, recorded_digest, sha256_of
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
 
-from .runs import names_in
+from .runs import BONE, SMOOTH, names_in, recipe_of
 from .test_supervise import slowness
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
@@ -60,3 +62,39 @@ def test_nothing_is_left_behind(tmp_path: Path, where: str, left: set[str]) -> N
         record = read_provenance(output)
         assert record is not None
         assert recorded_digest(record, output) == sha256_of(output)
+
+
+#: ends itself before the last file of a run is put in place
+BEFORE_THE_LAST = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from tests.running.runs import BONE, SMOOTH, recipe_of
+from pymeshfair.running import supervise
+from pymeshfair.running.job import Job
+
+def place(files, stage, outdated=()):
+    for path in outdated:
+        path.unlink(missing_ok=True)
+    for file in files[:-1]:
+        file.staged.replace(file.target)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+supervise.place = place
+supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r})))
+"""
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_a_run_that_was_killed_between_its_files_can_begin_again(tmp_path: Path, is_there: bool) -> None:
+    """It knows the files that it has put in place, first or again, so that nobody has to ask to overwrite them."""
+    job = Job(recipe_of(SMOOTH), BONE, tmp_path / "clean.obj")
+    if is_there:
+        run_job(job)
+    program = BEFORE_THE_LAST.format(tests=str(Path(__file__).parents[2]), output=str(job.output))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == -9, done.stderr
+    run_job(job)
+    record = read_provenance(job.output)
+    assert record is not None
+    assert recorded_digest(record, job.output) == sha256_of(job.output)

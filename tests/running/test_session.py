@@ -23,7 +23,7 @@ from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, UNCHECKED, WRITABLE, attributes_of
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import read_header
-from pymeshfair.files.provenance import sha256_of
+from pymeshfair.files.provenance import described_file, sha256_of
 from pymeshfair.filters.compilation import kernel
 from pymeshfair.recipe import Recipe, load_recipe
 from pymeshfair.running.document import Document
@@ -471,18 +471,32 @@ def test_the_report_describes_the_files(tmp_path: Path) -> None:
     json.dumps({name: part for name, part in report.items() if name not in ("staged", "maps")}, allow_nan=False)
 
 
-@pytest.mark.parametrize("moment", ["stage_textures", "to_disk"])
+@pytest.mark.parametrize("moment", ["files.outputs.stage_textures", "files.outputs.to_disk", "running.shape_change.to_disk"])
 def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
     """Whatever part of writing finds the disk full, it is an error about the output and no defect."""
 
     def full(*_: Any, **__: Any) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(f"pymeshfair.files.outputs.{moment}", full)
+    monkeypatch.setattr(f"pymeshfair.{moment}", full)
     shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "t.png")
     path = tmp_path / "mesh.ply"
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))
     with pytest.raises(OutputError, match="no space left on device"):
+        session_report(path, tmp_path / "out.ply", map=tmp_path / "map.ply")
+
+
+def test_a_file_that_changes_before_its_checksum_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the record would have the checksum of a file that was not read."""
+
+    def described(path: Path) -> dict[str, Any]:
+        path.write_bytes(ply_bytes(xyz(), head="comment another"))
+        return described_file(path)
+
+    monkeypatch.setattr("pymeshfair.running.session.described_file", described)
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz()))
+    with pytest.raises(InputError, match="it changed while it was read"):
         session_report(path, tmp_path / "out.ply")
 
 

@@ -15,11 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from pymeshfair.declaration import Edit
 from pymeshfair.errors import FilterInputError
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.denoising import FIXED, REPERTOIRE, automatic_choice, denoise_automatically, denoised, preparation
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
 from pymeshfair.filters.inspection import folded_faces
+from pymeshfair.mesh_data import MeshData, View
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.tiles import cells as cells_module
@@ -173,6 +175,47 @@ def test_folded_faces_are_taken_back_across_tiles() -> None:
     found = by_tiles(vertices, faces, PlannedStep(1, NORMALS, values), most=150, cell=30)
     assert folded_faces(found, faces).sum() <= before
     np.testing.assert_allclose(found, denoised(vertices, faces, relaxation=20, filtering=filtering), rtol=0.0, atol=1e-9)
+
+
+def in_one_piece(vertices: Floats, faces: Ints, step: PlannedStep) -> Edit:
+    """What the filter returns."""
+    function, mesh = find_filter(step.filter).function, MeshData(vertices=vertices, faces=faces)
+    assert function is not None
+    return function(View(mesh, lambda number: mesh), **step.values)
+
+
+def reported(vertices: Floats, faces: Ints, step: PlannedStep) -> dict[str, Any]:
+    """What a step by tiles reports."""
+    with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", 30):
+        mesh, pool = MeshFile(write_mesh(Path(name) / "in.ply", vertices, faces)), cast("Tasks", Here())
+        surface, _ = cut(mesh, Path(name), pool, 10**6, steps=[step], most=150, progress=lambda share: None)
+        return do_move(surface, step, surface.cells.tiles(150), pool, lambda share: None)
+
+
+@pytest.mark.parametrize("rounds", [0, 2])
+def test_notes_on_folded_faces_are_those_of_one_piece(rounds: int) -> None:
+    """Slivers and turned faces, which explain folds, are counted once each, in whatever tiles they and their neighbours are."""
+    vertices, faces = awkward(3)
+    vertices, faces[::7] = vertices * [1.0, 1.0, 0.05], faces[::7, ::-1]
+    values = find_filter(NORMALS).with_defaults({"choice": "fixed", "relaxation": 0, "outer_iterations": rounds})
+    step = PlannedStep(1, NORMALS, values)
+    edit, found = in_one_piece(vertices, faces, step), reported(vertices, faces, step)
+    assert len(edit.notes) == 2
+    names = ("folded_before", "folded_after")
+    assert (found["notes"], [found[name] for name in names]) == (edit.notes, [edit.values[name] for name in names])
+
+
+@pytest.mark.parametrize("name", [EXPLICIT, TAUBIN, NORMALS])
+def test_a_far_vertex_is_refused_as_in_one_piece(name: str) -> None:
+    """The refusal names the same vertex, whichever tile it is in."""
+    vertices, faces = awkward(4)
+    vertices[faces[50, 1]] += 1e15
+    step = PlannedStep(1, name, find_filter(name).with_defaults({"choice": "fixed"} if name == NORMALS else {"iterations": 2}))
+    with pytest.raises(FilterInputError, match=f"vertex {faces[50, 1]} at .* is so far from the others") as whole:
+        in_one_piece(vertices, faces, step)
+    with pytest.raises(FilterInputError) as parts:
+        reported(vertices, faces, step)
+    assert str(parts.value) == str(whole.value)
 
 
 @pytest.mark.parametrize("given", [{}, {"outliers": "keep", "method": "bilateral"}])

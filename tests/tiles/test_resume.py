@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
@@ -11,9 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.files.writing import WORK_PREFIX
 from pymeshfair.running.job import Event, Job, StepStarted
+from pymeshfair.tiles import workers
 from pymeshfair.tiles.course import run_by_tiles
 from tests.batch.batches import with_module
 from tests.commands.command_line import COMMAND, invoke
@@ -55,6 +58,19 @@ slow(outliers.OutlierTiles, "finish")
 slow(mesh.MeshTiles, "move")
 slow(mesh.FilteringTiles, "round")
 """
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_a_disk_that_is_full_at_once_leaves_no_folder(resume: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder of temporary files goes with the run that could not fill it, unless a resumed run is to find it."""
+
+    def full(folder: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(workers, "in_use", full)
+    with pytest.raises(OutputError, match="No space left"), workers.work_folder(tmp_path / "out.ply", {}, resume=resume):
+        pass
+    assert len(list(tmp_path.iterdir())) == resume
 
 
 def lines(path: Path) -> list[str]:

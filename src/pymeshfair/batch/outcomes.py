@@ -154,7 +154,9 @@ class Journal(AbstractContextManager["Journal"]):
             self._file.seek(max(0, size - 1))
             if size and self._file.read(1) != b"\n":  # a killed batch leaves an incomplete last line
                 line = b"\n" + line
-            self._file.write(line)
+            if self._file.write(line) < len(line):  # the system writes what fits on the disk
+                self._file.truncate(size)
+                raise BatchError(f"cannot write the journal {self.path}: the disk is full")
             os.fsync(self._file.fileno())
         except OSError as error:
             raise BatchError(f"cannot write the journal {self.path}: {error.strerror or error}") from error

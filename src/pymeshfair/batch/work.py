@@ -144,13 +144,7 @@ class BatchRun:
     tasks: dict[Future[Any], tuple[Kind, Scan]] = field(default_factory=dict)  # unfinished tasks
 
     def run(self, scans: Sequence[Scan], drawn: Sequence[Scan]) -> None:
-        """Cleans `scans`, and draws the pages of the scans `drawn`, which an earlier batch cleaned.
-
-        Raises:
-            ClusterError: the scheduler stopped.
-            BatchError: the journal cannot be written.
-            Interrupted: a signal asked for the end of the batch, as by Ctrl-C; from then on Ctrl-C ends the process at once.
-        """
+        """Cleans `scans`, and draws the pages of the scans `drawn`, which an earlier batch cleaned."""
         try:
             for scan in scans:
                 self._submit("clean", scan)

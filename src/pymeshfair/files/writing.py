@@ -83,9 +83,9 @@ def check_kind(path: Path, kinds: Collection[str]) -> None:
 @contextlib.contextmanager
 def output_lock(output: Path) -> Iterator[None]:
     """Locks an output for writing, if the file system has locks; raises `OutputBusyError` if another run has locked it."""
-    path = output.with_name(_LOCK_PREFIX + _mark(output))
+    path = output.with_name(_LOCK_PREFIX + mark(output))
     with _locked(path, output):
-        for folder in output.parent.glob(f"{STAGE_PREFIX}{_mark(output)}-*"):
+        for folder in output.parent.glob(f"{STAGE_PREFIX}{mark(output)}-*"):
             if not (folder / _LOCK).exists():  # a run died before it locked its folder
                 remove_folder(folder)
         try:
@@ -96,7 +96,8 @@ def output_lock(output: Path) -> Iterator[None]:
                 path.unlink()
 
 
-def _mark(output: Path) -> str:
+def mark(output: Path) -> str:
+    """Returns what the names of the lock and the hidden folders of an output have in common."""
     return hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16]
 
 
@@ -126,7 +127,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
     try:
         with contextlib.ExitStack() as opened:
             try:
-                stage = Path(tempfile.mkdtemp(prefix=f"{STAGE_PREFIX}{_mark(output)}-", dir=output.parent))
+                stage = Path(tempfile.mkdtemp(prefix=f"{STAGE_PREFIX}{mark(output)}-", dir=output.parent))
                 opened.enter_context(in_use(stage))
                 (stage / "new").mkdir()
                 (stage / "old").mkdir()

@@ -86,11 +86,8 @@ class Process:
     ) -> Answer:
         """Sends an order and waits for the answer; raises `LostProcessError` if the process ends without one.
 
-        Args:
-            order: the work.
-            take: called with each event, each line on stderr and each item of other threads; if it raises, the wait ends.
-            items: the queue for items, to which other threads may also add.
-            pulse: called before each wait for an item; returns the most seconds to wait. If `pulse` raises, `do` ends.
+        `take` is called with each event, each line on stderr and each item that other threads add to `items`; `pulse` is called
+        before each wait for an item, and returns the most seconds to wait. If one of them raises, `do` ends.
         """
         self.is_idle, self._items = False, SimpleQueue() if items is None else items
         if not self._readers:

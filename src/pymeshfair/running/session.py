@@ -17,7 +17,7 @@ from ..calling import StoppedError, reason
 from ..errors import FilterInputError, Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError, reason_of
 from ..files.formats import ATTRIBUTES, attributes_of
-from ..files.inputs import Reading, read_file
+from ..files.inputs import Reading, check_input, read_file, unchanged
 from ..files.outputs import save_mesh
 from ..files.provenance import described_file, read_provenance
 from ..files.writing import StagedFile
@@ -157,9 +157,11 @@ class Session:
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         unchecked = self._unchecked if self._job.unchecked else None
-        reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
+        check_input(path)
+        with unchanged(path):  # so that the record has the checksum of what was read
+            reading = read_file(path, allow_outside=self._job.allow_outside, unchecked=unchecked)
+            described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
         self._warn(*(f"{path.name}: {doubt}" for doubt in reading.doubts))
-        described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
         return reading.mesh, described | ({"unit": reading.mesh.unit} if reading.mesh.unit else {})
 
     def _unchecked(self, path: Path) -> Reading:
@@ -255,12 +257,12 @@ class Session:
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
         maps: tuple[StagedFile, ...] = ()
-        if job.map is not None:
-            tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
-            maps = stage_map(self._stage / "new", job.map_files, origins, tolerance)
         output: dict[str, Any] | None = None
         staged: tuple[StagedFile, ...] = ()
         try:
+            if job.map is not None:
+                tolerance = job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
+                maps = stage_map(self._stage / "new", job.map_files, origins, tolerance)
             if not broken or job.keep_broken:
                 output, staged = self._saved(after, source.get("unit"))
             if staged and (PRINTABLE, None) in job.all_guards.require:

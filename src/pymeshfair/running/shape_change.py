@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, FilterClass, Floats, Ints
 from ..files.ply_write import write_ply
-from ..files.writing import StagedFile
+from ..files.writing import StagedFile, to_disk
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection import Surface, carried, folded_faces, share_kept, sharp_edges, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
@@ -380,6 +380,7 @@ def stage_map(folder: Path, targets: Sequence[Path], origins: Origins, tolerance
             staged.append(StagedFile(folder / f"map-{number}.ply", target))
             with staged[-1].staged.open("xb") as file:
                 write_ply(mesh, file)
+                to_disk(file)
     return tuple(staged)
 
 

@@ -23,7 +23,7 @@ from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, Work
 from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
-from ..files.provenance import formatted, provenance_path
+from ..files.provenance import formatted, provenance_path, sha256_of
 from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
@@ -48,8 +48,7 @@ class Interrupted(BaseException):
 class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
-    So no signal interrupts the clean-up. Signals for which the program has a handler keep it. Outside the main thread nothing
-    changes, as Python delivers no signals there.
+    So no signal interrupts the clean-up. Signals for which the program has a handler keep it; only the main thread gets any.
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
@@ -255,20 +254,10 @@ def run_job(
 ) -> RunResult:
     """Carry out a job: check everything, do the work, and write all files completely, or none.
 
-    Args:
-        job: what to do.
-        on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
-        workers: lends the process that does the work; None starts one.
-        work: a function that does the work instead of one process.
-        also: makes further staged files from the staged result; they are placed together with the output.
-
-    Raises:
-        ScriptError: a step needs layers or rasters that the run does not have.
-        ParameterError: there are guards, but measures are off; or a length has a unit, but the unit of the scan is not known.
-        InputError, OutputError: a file cannot be read; the output cannot or must not be written.
-        StepFailedError, WorkerDied, RunTimeout, OutOfMemory: a filter failed; the worker process ended; time or memory ran out.
-        GuardBroken: the result breaks a guard; of all files only maps are written.
-        KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
+    `on_event` is called with each event, in this thread; an exception that it raises stops the run and is passed on. `workers`
+    lends the process that does the work (None starts one); `work` does it in place of one process. `also` makes further staged
+    files from the staged result, which are placed together with the output. After Ctrl-C everything is cleaned up within a
+    second. If a guard is broken (`GuardBroken`) only maps are written.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
     others = tuple(Path(other).absolute() for other in job.others)
@@ -307,7 +296,12 @@ def run_job(
                 further = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
-        place([*side_files, *report.maps, *further, output, provenance], stage, outdated=[provenance.target, *former_maps])
+        files = [*side_files, *report.maps, *further, output]
+        # A run that is killed in the middle can begin again if its provenance, by which it knows its files, came first.
+        if not job.output.exists() or sha256_of(job.output) == report.output["sha256"]:
+            place([provenance, *files], stage, outdated=[*former_maps])
+        else:
+            place([*files, provenance], stage, outdated=[provenance.target, *former_maps])
         remove_folder(stage)  # while the worker still runs: if this process is killed here, the worker removes it
     return RunResult.of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 

@@ -54,11 +54,6 @@ def verify_output(
 
     The provenance may come from a stranger. So the recipe in the provenance must equal the shipped recipe or the recipe's file,
     unless `recorded` is True. `allow_outside` and `unchecked`, which weaken the checks of a run, must be given again.
-
-    Raises:
-        VerifyError: the output has no provenance, or one that cannot be understood.
-        ParameterError: the run had an option that must be given again, but was not.
-        RunError: the run failed.
     """
     output = Path(output).absolute()
     record = read_provenance(output)

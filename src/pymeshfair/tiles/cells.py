@@ -208,8 +208,7 @@ def _sample(slices: Slices, count: int, buckets: int) -> Floats:
 def _pivots(sample: Floats, wanted: int) -> tuple[Ints, Floats, int]:
     """Builds a k-d tree that cuts boxes across their longest side: child 2 i of node i is below its pivot, 2 i + 1 is not.
 
-    Returns:
-        The axis of each node, or -1 - i for the leaf i; the pivot of each node; the number of leaves.
+    Returns the axis of each node, or -1 - i for the leaf i; the pivot of each node; the number of leaves.
     """
     axes, pivots = np.zeros(2 * wanted, np.int32), np.zeros(2 * wanted)
     leaves = 0

@@ -18,7 +18,7 @@ from ..files.outputs import check_output
 from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
-from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal
 from ..filters.outliers import found_words
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
@@ -61,13 +61,7 @@ def run_by_tiles(
     """Carries out a job by tiles of at most `most` points or vertices; None: tiles are as large as the memory allows.
 
     Tiles are sized so that command and workers together stay within the `memory_limit` of the job. With `resume` the run
-    continues from the files of a killed run, and a failure keeps the temporary files. `check_wanted` is called twice a second
-    or more often, and may raise to stop.
-
-    Raises:
-        ScriptError: a step cannot be done by tiles.
-        ParameterError: no steps, too little memory, or an option that needs the whole mesh.
-        InputError, OutputError, StepFailedError, KeyboardInterrupt: as in `run_job`. TileError: a task of a tile failed.
+    continues from the files of a killed run, and a failure keeps the temporary files. `check_wanted` may raise to stop.
     """
     plan, memory, share = check(job)
 
@@ -210,8 +204,8 @@ class _TiledRun:
 
 def _measures(sizes: dict[str, Any]) -> dict[str, Any]:
     sides = [float(b - a) if sizes["points"] else 0.0 for a, b in zip(sizes["low"], sizes["high"], strict=True)]
-    diagonal = float(np.hypot.reduce(sides))
-    known = {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "diagonal": diagonal, "sides": sides}
+    known = {"vertices": sizes["points"], "faces": sizes.get("faces", 0), "sides": sides}
+    known["diagonal"] = box_diagonal(np.stack([sizes["low"], sizes["high"]])) if sizes["points"] else 0.0
     return dict.fromkeys(measure.name for measure in fields(SurfaceMeasures)) | known
 
 

@@ -46,6 +46,7 @@ class Surface:
     cells: Cells
     #: (b + 1,) the first slot of each bucket, then the number of vertices; a bucket is a range of cells that fits into memory
     buckets: tuple[int, ...]
+    faces: int = 0  # number of faces
 
     slots = Stored("<i4")  # the slot of each vertex, by vertex number
     moved = Stored("<f8", 3)  # new coordinates by slot
@@ -61,10 +62,7 @@ class Surface:
         return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
 
     def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]], size: int) -> int:
-        """Writes each face to the files of the buckets that its corners are in; returns the number of faces.
-
-        `slices` yields faces as (m, 3) numbers of vertices. Vertices are read `size` at a time.
-        """
+        """Writes each face, given by numbers of vertices, to the files of the buckets of its corners; counts the faces."""
         cells = self.cells
         self.slots.write(cells.count - 1, np.zeros(1))
         slots = np.memmap(self.slots.path, "<i4", "r+")
@@ -141,6 +139,7 @@ class TileMesh:
     numbers: Longs  # (n,) the numbers of the vertices in the input
     inside: Bools  # (n,) the mask of the vertices of the tile itself, which have all their faces here
     slots: Longs  # (n,)
+    face_numbers: Longs  # (m,) the numbers of the faces in the input
 
     def write(self, column: Column, values: NDArray[Any]) -> None:
         """Writes the rows of (n, ...) values whose vertices are inside; these vertices have consecutive slots."""
@@ -183,7 +182,8 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
     row_of = np.empty(len(order), np.int32)
     row_of[order] = np.arange(len(order), dtype=np.int32)
     vertices = part.read_all(cells.points if points is None else points)[order]
-    return TileMesh(vertices, row_of[part.rows(faces["corners"])], numbers[order], order < end - begin, part.slots[order])
+    corners, inside = row_of[part.rows(faces["corners"])], order < end - begin
+    return TileMesh(vertices, corners, numbers[order], inside, part.slots[order], faces["number"])
 
 
 @dataclass(frozen=True)
@@ -193,13 +193,22 @@ class MeshTiles:
     surface: Surface
     with_normals: bool = False  # whether `finish` writes normals, too
 
-    def box(self, first: int, last: int) -> tuple[Floats, Floats, bool]:
-        """Returns the corners of the box of the tile's vertices with a proper face, and whether the tile has border vertices."""
+    def box(self, first: int, last: int) -> tuple[Floats, Floats, bool, Floats]:
+        """Returns the box of the tile's vertices with a proper face, whether some are on borders, and corners of some faces."""
         tile = tile_with_rings(self.surface, first, last, 1)
-        used = mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices))
-        points = tile.vertices[used & tile.inside]
-        border = bool((border_vertices(tile.faces, len(used)) & tile.inside).any())
-        return points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf), border
+        proper = proper_faces(tile.faces)
+        points = tile.vertices[mask_of(tile.faces[proper], len(tile.vertices)) & tile.inside]
+        border = bool((border_vertices(tile.faces, len(tile.vertices)) & tile.inside).any())
+        sampled = proper & tile.inside_faces & (tile.face_numbers % max(1, self.surface.faces // Whole.sampled) == 0)
+        low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+        return low, high, border, tile.vertices[tile.faces[sampled]]
+
+    def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
+        """Returns how far the tile's vertex with a face that is farthest from a place is, times a scale, its number and place."""
+        tile = tile_with_rings(self.surface, first, last, 1)
+        rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
+        away, i = whole.farthest(tile.vertices[rows], place)
+        return away, int(tile.numbers[rows[i]]) if len(rows) else 0, tile.vertices[rows[i] if len(rows) else 0]
 
     def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
         """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
@@ -316,13 +325,14 @@ class FilteringTiles:
         start, end = self.surface.cells.slots_of(first, last)
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
-    def unfold(self, share: float, first: int, last: int) -> int:
-        """Moves vertices at new folds back to a share of their move; returns by how much the number of folds had grown."""
+    def unfold(self, share: float, first: int, last: int) -> tuple[int, ...]:
+        """Moves vertices at new folds back to a share of their move; returns the numbers of `notes_on_folds` before that."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
         tile.write(self.surface.moved, denoising.going_back(before, after, tile.faces, folded_after & ~folded_before, share))
-        return int(folded_after[tile.inside_faces].sum()) - int(folded_before[tile.inside_faces].sum())
+        counts = (int(folded[tile.inside_faces].sum()) for folded in (folded_before, folded_after))
+        return *counts, *denoising.causes_of_folds(before, tile.faces, tile.inside)
 
 
 def cut(
@@ -348,11 +358,11 @@ def cut(
     progress(0.2)
     cells = Cells.of(buckets, folder, 1.0, tasks, part_of(progress, 0.2, 0.4))
     surface = Surface(cells, tuple(accumulate((bucket.count for bucket in buckets), initial=0)))
-    faces = tasks.run(surface.sort_in, partial(mesh.faces, size), size)
+    surface = replace(surface, faces=tasks.run(surface.sort_in, partial(mesh.faces, size), size))
     progress(0.7)
     tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
     tasks.run(surface.remove_unordered)
-    return surface, {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
+    return surface, {"points": count, "faces": surface.faces, "low": low, "high": high, "points_per_tile": vertices}
 
 
 def do_move(
@@ -361,8 +371,11 @@ def do_move(
     """Does a step; returns the report of the filter."""
     work, values = MeshTiles(surface), step.values
     report: dict[str, Any] = {}
-    whole, is_open = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
+    whole, is_open, corners = _whole(work, tiles, tasks, part_of(progress, 0.0, 0.1))
     progress = part_of(progress, 0.1, 1.0)
+    if not step.is_builtin and (place := whole.place_if_far(corners)) is not None:
+        found = tasks.map(work.farthest, [(place, whole, *tile) for tile in tiles])
+        raise whole.far_vertex(*max(found, key=lambda vertex: (vertex[0], -vertex[1]))[1:])
     if step.filter == NORMALS and filtering_of(values) is None:
         chosen_values, notes = tasks.run(work.choose, values, is_open)
         values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
@@ -371,7 +384,6 @@ def do_move(
     if filtering is None:
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
-    if filtering is None or not (filtering.relaxation or filtering.outer_iterations):
         return report
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
@@ -383,10 +395,11 @@ def do_move(
     if filtering.outer_iterations:
         _do_rounds(filters, tiles, tasks, progress)
     share = denoising.HALF_WAY
-    while sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles])) > 0:
+    while (counts := np.sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles]), axis=0).tolist())[1] > counts[0]:
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         share = 0.0
-    return report
+    notes = report.get("notes", ()) + denoising.notes_on_folds(*counts)
+    return {**report, "folded_before": counts[0], "folded_after": counts[1], "notes": notes}
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:
@@ -414,10 +427,10 @@ def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Call
 
 def _whole(
     work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
-) -> tuple[Whole, bool]:
-    """Returns the box of the vertices of faces, and whether the mesh has a border; without faces both corners are 0."""
-    lows, highs, borders = zip(*tasks.map(work.box, tiles, progress), strict=True)
+) -> tuple[Whole, bool, Floats]:
+    """Returns the box of the vertices of faces (without faces 0), whether the mesh has a border, and corners of some faces."""
+    lows, highs, borders, corners = zip(*tasks.map(work.box, tiles, progress), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     if not np.isfinite(low).all():
         low = high = np.zeros(3)  # no vertex moves
-    return Whole(low, high), any(borders)
+    return Whole(low, high), any(borders), np.concatenate(corners)

@@ -419,10 +419,8 @@ def _oriented(
     """Orients `count` nodes of a graph consistently, along the spanning forest of the links with the largest absolute agreement.
 
     (l,) `rows` and `others` are the two ends of each link, `agreement` its (l,) numbers from -1 to 1: below 0 one end must be
-    flipped. A link may occur in both directions, with the same agreement.
-
-    Returns:
-        (count,) the first node of the connected component of each node, and (count,) its sign 1 or -1 relative to that node.
+    flipped. A link may occur in both directions, with the same agreement. Returns (count,) the first node of the connected
+    component of each node, and (count,) its sign 1 or -1 relative to that node.
     """
     low, high = np.minimum(rows, others).astype(np.int64), np.maximum(rows, others)
     links, once = np.unique(low * count + high, return_index=True)

@@ -16,8 +16,7 @@ from ..filters.mesh import Floats, Ints, Whole
 from ..scripts.script import Script, ScriptError
 
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
-#: MeshLab's own Taubin Smooth
-MESHLAB = "apply_coord_taubin_smoothing"
+MESHLAB = "apply_coord_taubin_smoothing"  # MeshLab's own
 #: steps that select points of a cloud
 LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
 SURPLUS = "compute_selection_by_grid_per_vertex"
@@ -61,6 +60,10 @@ class PlannedStep:
     filter: str  # the Python name
     values: Mapping[str, Any]
     deletes: bool = False  # whether the points found are deleted, by `DUPLICATES` itself or by the step after a selection
+
+    @property
+    def is_builtin(self) -> bool:
+        return self.filter == MESHLAB
 
     @property
     def is_on_cloud(self) -> bool:
@@ -185,7 +188,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 def rings_of(step: PlannedStep) -> int:
     """Returns how many rings of faces around each vertex explicit smoothing, or one of Taubin's filters, reads."""
-    if step.filter == MESHLAB:
+    if step.is_builtin:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
 
@@ -193,7 +196,7 @@ def rings_of(step: PlannedStep) -> int:
 def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Floats:
     """Returns the (n, 3) vertices after Laplacian or Taubin steps; vertices of the tile itself are the same as without tiles."""
     values = {name: value for name, value in step.values.items() if name != "selected"}
-    if step.filter == MESHLAB:
+    if step.is_builtin:
         lambda_, mu, iterations = values["lambda_"], values["mu"], values["stepsmoothnum"]
         return meshlab_taubin_smooth(vertices, faces, step=lambda_, mu=mu, iterations=iterations, whole=whole)
     if step.filter == EXPLICIT:
@@ -231,10 +234,7 @@ def budget(memory: int, processors: int) -> Budget:
 
 
 def cloud_points(tile: int, neighbors: int, *, normals: bool = False) -> int:
-    """Returns how many points fit into a tile of `tile` bytes, for LoOP, stray points or `normals` with `neighbors` neighbours.
-
-    LoOP with 20 neighbours takes 209 bytes a point, as measured; the model adds room for points with neighbours in other tiles.
-    """
+    """Returns how many points fit into a tile of `tile` bytes, for LoOP, stray points or `normals` with that many neighbours."""
     return max(4 * neighbors, int(tile / (200 + 40 * neighbors if normals else 180 + 9 * neighbors)))
 
 

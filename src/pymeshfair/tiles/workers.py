@@ -5,7 +5,6 @@ so a resumed run takes the results of finished tasks from the journal, and does 
 """
 
 import contextlib
-import hashlib
 import math
 import os
 import pickle
@@ -21,7 +20,7 @@ from typing import Any, BinaryIO
 
 from ..errors import Place, RunError, RunTimeout
 from ..files.errors import OutputError
-from ..files.writing import WORK_PREFIX, in_use, remove_folder
+from ..files.writing import WORK_PREFIX, in_use, mark, remove_folder
 from ..filters.execution import ignore_progress
 from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.process import Items, LostProcessError, Pool
@@ -51,7 +50,7 @@ class WorkFolder:
 
 def work_path(output: Path) -> Path:
     """Returns the path of the hidden folder for a run, beside its output."""
-    return output.with_name(WORK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
+    return output.with_name(WORK_PREFIX + mark(output))
 
 
 @contextlib.contextmanager
@@ -65,19 +64,19 @@ def work_folder(output: Path, key: Mapping[str, Any], *, resume: bool) -> Iterat
     results, end, note = _former(path, key) if resume else ({}, 0, "")
     with contextlib.ExitStack() as opened:
         try:
-            if not end:
-                remove_folder(path)
-                path.mkdir(mode=0o700)
-            opened.enter_context(in_use(path))
-            journal = opened.enter_context((path / _JOURNAL).open("r+b" if end else "wb"))
-            journal.truncate(end)
-            journal.seek(end)
-            if not end:
-                journal.write(pickle.dumps(dict(key)))
-                journal.flush()
-        except OSError as error:
-            raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
-        try:
+            try:
+                if not end:
+                    remove_folder(path)
+                    path.mkdir(mode=0o700)
+                opened.enter_context(in_use(path))
+                journal = opened.enter_context((path / _JOURNAL).open("r+b" if end else "wb"))
+                journal.truncate(end)
+                journal.seek(end)
+                if not end:
+                    journal.write(pickle.dumps(dict(key)))
+                    journal.flush()
+            except OSError as error:
+                raise OutputError(output, f"cannot make a folder beside it: {error.strerror or error}") from error
             yield WorkFolder(path, note, journal, results)
         except BaseException as error:
             if not resume and not isinstance(error, LostSchedulerError):
@@ -138,9 +137,8 @@ class Tasks:
         *,
         again: bool = False,
     ) -> list[Any]:
-        """Calls `task`, a function of a module or a method of an object that can be pickled, with each tuple of arguments.
+        """Calls `task`, which can be pickled, with each tuple of arguments; a call may be repeated after its worker was killed.
 
-        A call may be repeated if its worker or the run was killed during the call; its result must be the same every time.
         With `again`, for calls that write outside the folder of temporary files, a resumed run repeats all calls.
         """
         call, self._calls = self._calls, self._calls + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 from typing import Any
 
@@ -66,23 +67,19 @@ def wedges_of(mesh: Any) -> Any:
     return mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
 
+@dataclass(eq=False)
 class Workbench:
     """Reads the layers of a mesh set, and applies MeshLab's filters.
 
     It calls only methods of the class `pymeshlab.MeshSet`, even if a subclass overrides them.
-
-    Attributes:
-        meshset: the mesh set; any `pymeshlab.MeshSet` serves.
-        helper_ids: ascending ids of helper layers, also of removed ones. MeshLab never uses an id twice, so ids have gaps.
-        verbose: whether the mesh set reports its filters on the screen; filters applied by `apply` are always silent.
-        prints_parameters: whether the mesh set reports the parameters of its filters, too.
     """
 
-    def __init__(self, meshset: Any, *, verbose: bool = False) -> None:
-        self.meshset = meshset
-        self.helper_ids: list[int] = []
-        self.verbose = verbose
-        self.prints_parameters = False
+    meshset: Any  # any `pymeshlab.MeshSet` serves
+    _: KW_ONLY
+    verbose: bool = False  # whether the mesh set reports its filters on the screen; filters applied by `apply` are always silent
+    prints_parameters: bool = field(default=False, init=False)  # whether the mesh set reports the parameters of its filters, too
+    #: ascending ids of helper layers, also of removed ones; MeshLab never uses an id twice, so ids have gaps
+    helper_ids: list[int] = field(default_factory=list, init=False)
 
     def has_current(self) -> bool:
         return bool(BASE.mesh_number(self.meshset))

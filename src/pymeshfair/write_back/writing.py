@@ -25,13 +25,10 @@ _FAILURES = (MeshError, pymeshlab.PyMeshLabException, RuntimeError, ValueError)
 
 @contextmanager
 def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
-    """Restores the current layer, which has no transformation matrix, after an exception in the context.
+    """Restores the current layer, which has no transformation matrix, after an exception; raises `MeshError` if that fails.
 
     Deleted elements are not restored. Face scalars, face colours and vertex texture coordinates stay if the layer had none,
     and triangulated polygons stay triangles: MeshLab has no filter that undoes this.
-
-    Raises:
-        MeshError: the context failed, and a part of the layer could not be restored.
     """
     layers, before = {layer.id() for layer in BASE.__iter__(bench.meshset)}, _Before(mesh)
     try:
