@@ -159,6 +159,5 @@ def _scripts(folder: str = ".") -> dict[str, Traversable]:
 
 def head_info(comment: str) -> RecipeInfo:
     """Parses a head comment."""
-    title, _, rest = comment.partition("\n")
-    words = paragraphs(rest)
-    return RecipeInfo(title.strip(), **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})
+    title, words = comment.partition("\n")[0].strip(), paragraphs(comment)
+    return RecipeInfo(title, **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})

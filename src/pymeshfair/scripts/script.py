@@ -182,10 +182,10 @@ def clean_comment(text: str) -> str:
     return inspect.cleandoc("\n".join(line.rstrip() for line in text.expandtabs().splitlines())).strip()
 
 
-def paragraphs(text: str) -> dict[str, str]:
-    """By keyword of `KEYWORDS`, the first paragraph that begins with it; `text` is a head comment without its title."""
+def paragraphs(comment: str) -> dict[str, str]:
+    """By keyword of `KEYWORDS`, the first paragraph of a head comment that begins with it; the title is none."""
     by_keyword: dict[str, str] = {}
-    for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
+    for paragraph in re.split(r"\n[ \t]*\n", comment.partition("\n")[2].strip()):
         keyword, colon, words = " ".join(paragraph.split()).partition(":")
         if colon and keyword in KEYWORDS:
             by_keyword.setdefault(keyword, words.strip())
