@@ -270,6 +270,9 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
         rows.append((old, "; ".join(said)))
     rows += [(old, f"gone: {change}") for old, change in former.loses.items()]
     rows += [(old, "gone" if same is None else f"gone; today as with {same or 'no name'}") for old, same in former.drops.items()]
+    for name, new in former.newer.items():
+        only = f" with {new['if']}" if "if" in new else ""
+        rows.append((f"{name} missing{only}", f"`{name}={new['value']}`; {new['meaning']}"))
     return rows
 
 

@@ -245,6 +245,33 @@ def test_a_value_that_meshlab_reads_otherwise_today_is_a_change_of_meaning(name:
     assert len([text for text in found.warnings if "reads another value" in text]) == warned
 
 
+@pytest.mark.parametrize(
+    ("written", "warned"), [("FALSE", True), ("False", True), ("1", True), (" true", True), ("TRUE", False), ("true", False)]
+)
+def test_a_switch_that_meshlab_reads_otherwise_is_a_change_of_meaning(written: str, warned: bool) -> None:
+    """MeshLab reads FALSE as true, and drops 1, so that the switch which is meant is another one; TRUE is true there, too."""
+    found = upgraded(one_filter("Taubin Smooth", f'<Param type="RichBool" name="Selected" value="{written}"/>'))
+    assert bool(found.warnings) is warned
+
+
+@pytest.mark.parametrize(
+    ("name", "param", "added"),
+    [
+        ("Subdivision Surfaces: Catmull-Clark", "", {"iterations": 1}),
+        ("Catmull-Clark Subdivision Surfaces", "", {"iterations": 1}),
+        ("Compute curvature principal directions", '<Param type="RichInt" name="Method" value="1"/>', {"scale": Length(5.0, "percent")}),
+        ("Compute curvature principal directions", '<Param type="RichInt" name="Method" value="0"/>', {}),
+    ],
+)
+def test_a_parameter_that_meshlab_2020_lacked_gets_the_value_of_what_it_did(name: str, param: str, added: dict[str, Any]) -> None:
+    """Today's default would make four times as many faces, or measure over twice the size: measured with MeshLab 2020.09."""
+    found = upgraded(one_filter(name, param))
+    written = dict(found.script.steps[0].values)
+    written.pop("method", None)
+    assert written == added
+    assert bool(found.warnings) == bool(added)
+
+
 def test_a_second_document_type_is_left_out() -> None:
     """The script behind two document types is read, with its lines as they are."""
     found = upgraded(

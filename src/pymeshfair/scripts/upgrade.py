@@ -21,7 +21,7 @@ from .write import NOMINAL_EDGE
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes the default"
-_MISREAD = "today's MeshLab reads another value in the old script: 0 or the default"
+_MISREAD = "today's MeshLab reads another value in the old script: 0, true or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that were new and selected; now on the whole mesh"
@@ -98,10 +98,16 @@ def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement
         changes.append(note(what=f"is {today.name!r} now{added}", meaning=meaning))
     params, of_params = _upgraded_params(element, today, facts)
     declared, written = {p.xml_name: p for p in today.parameters}, {p.attributes.get("name") for p in params}
+    for parameter, newer in facts[-1].newer.items():
+        given, _, needed = newer.get("if", "").partition("=")
+        if parameter not in {*written, *sets} and values.get(given, "").strip() == needed:
+            sets = {**sets, parameter: newer["value"]}
+            changes.append(note(what=f"{parameter} is {newer['value']} now, was missing", meaning=newer["meaning"]))
     for parameter, text in sets.items():
         if parameter not in written:
-            attributes = {"type": declared[parameter].xml_type, "name": parameter, "value": text}
-            params.append(_typed(declared[parameter], attributes, element.line))
+            attributes = {"type": declared[parameter].xml_type, "name": parameter, "value": text.removesuffix("%")}
+            relative = {"relative": text} if text.endswith("%") else {}
+            params.append(_typed(declared[parameter], attributes | relative, element.line))
     return replace(element, kind="filter", name=today.name, params=params), changes + of_params
 
 
@@ -199,7 +205,7 @@ def _type_changes(
     elif any(type_complaints(parameter, old)):  # today's MeshLab reads a value of a wrong type as 0
         misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
     else:
-        misread = isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new.get("value"))
+        misread = isinstance(parameter, Bool) and old.get("value") != new["value"] and old.get("value", "").lower() != "true"
     meaning = _MISREAD if runs_today and misread else ""
     for attribute, text in new.items():
         if old.get(attribute) != text:
