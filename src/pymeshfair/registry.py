@@ -3,6 +3,7 @@
 import functools
 import importlib
 import importlib.metadata
+import sys
 import traceback
 from collections.abc import Iterable
 from contextlib import suppress
@@ -10,7 +11,7 @@ from dataclasses import dataclass, replace
 from keyword import iskeyword
 
 from .declaration import Filter
-from .errors import UnknownNameError, nearest
+from .errors import PymeshfairError, UnknownNameError, nearest
 from .meshlab.facts import meshlab_filters
 
 #: The entry-point group for plugins; each value names a `Filter`, or a module whose `Filter` objects are registered.
@@ -81,6 +82,8 @@ def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
 
 @functools.cache
 def _load() -> _Registry:
+    if sys.flags.optimize > 1:
+        raise PymeshfairError("filters need their docstrings, which -OO or PYTHONOPTIMIZE=2 removes; start Python without it")
     by_any_name = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
