@@ -11,6 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import pymeshfair.meshset.pymeshlab_classes as pymeshlab_classes
+
     from . import errors
     from .authoring import Recipe, run
     from .errors import PymeshfairError
@@ -45,7 +47,9 @@ class _Public(list[str]):
         return name not in ("MeshSet", "Recipe") and super().__contains__(name)
 
 
-if not TYPE_CHECKING:
+if TYPE_CHECKING:
+    __all__ += pymeshlab_classes.__all__
+else:
     __all__ = _Public(__all__)
 
 _OURS = {

@@ -20,6 +20,7 @@ from tests.scripts.texts import one_filter, script
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 POISSON = "Surface Reconstruction: Screened Poisson"
 REPAIR = "Repair non Manifold Edges"
+PRINCIPAL = "Compute curvature principal directions"
 
 
 #: the former filters that no filter of today stands for
@@ -259,8 +260,12 @@ def test_a_switch_that_meshlab_reads_otherwise_is_a_change_of_meaning(written: s
     [
         ("Subdivision Surfaces: Catmull-Clark", "", {"iterations": 1}),
         ("Catmull-Clark Subdivision Surfaces", "", {"iterations": 1}),
-        ("Compute curvature principal directions", '<Param type="RichInt" name="Method" value="1"/>', {"scale": Length(5.0, "percent")}),
-        ("Compute curvature principal directions", '<Param type="RichInt" name="Method" value="0"/>', {}),
+        (
+            "Compute curvature principal directions",
+            '<Param type="RichInt" name="Method" value="1"/>',
+            {"scale": Length(5.0, "percent")},
+        ),
+        (PRINCIPAL, '<Param type="RichInt" name="Method" value="0"/>', {}),
     ],
 )
 def test_a_parameter_that_meshlab_2020_lacked_gets_the_value_of_what_it_did(name: str, param: str, added: dict[str, Any]) -> None:
