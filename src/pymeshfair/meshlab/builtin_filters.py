@@ -24,13 +24,35 @@ class BuiltinFilters:
     def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         converted = self._for_meshlab(declared, values)
         try:
-            return self.call(declared.python_name, converted)
+            script = self._script_beyond_bounds(declared, values, converted)
+            return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=script)
         except pymeshlab.PyMeshLabException:
             checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
             raise
         except RuntimeError:
             checked(declared, values)  # pymeshlab's own error does not name the parameter whose value it cannot read
             raise
+
+    def _script_beyond_bounds(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> str:
+        """The filter as a script if a number is beyond the bounds that MeshLab computes from the mesh; a script has no bounds.
+
+        A call of pymeshlab takes the nearest bound in place of the number.
+        """
+        free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
+        given = {name: float(values[name]) for name in free if isinstance(values.get(name), float | int)}
+        used = self.ask(declared.python_name, **converted) if given else {}
+        if all(np.float32(number) == np.float32(used[name]) for name, number in given.items()):
+            return ""
+        rows = []
+        for p in declared.parameters:
+            value = given.get(p.name, used[p.name])
+            if isinstance(p, Point):
+                kind, numbers = "Position", " ".join(f'{axis}="{number}"' for axis, number in zip("xyz", value, strict=True))
+            else:
+                kind = {bool: "Bool", int: "Int"}.get(type(value), "Float")
+                numbers = f'value="{str(value).lower()}"'
+            rows.append(f'<Param type="Rich{kind}" name="{p.xml_name}" {numbers}/>')
+        return f'<FilterScript><filter name="{declared.name}">{"".join(rows)}</filter></FilterScript>'
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
@@ -107,8 +129,7 @@ class BuiltinFilters:
         if isinstance(parameter, Color):
             return parameter.check((used.red(), used.green(), used.blue(), used.alpha()))
         if isinstance(parameter, Float):
-            is_typed = isinstance(typed, float | int) and np.float32(typed) == np.float32(used)
-            number = float(typed) if is_typed else _shortest(used)
+            number = float(typed) if isinstance(typed, float | int) else _shortest(used)
             # MeshLab's own defaults may be out of range by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
