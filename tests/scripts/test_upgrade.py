@@ -226,6 +226,17 @@ def test_types_case_and_missing_attributes_are_mended(param: str, value: Any) ->
     assert got == value
 
 
+@pytest.mark.parametrize(("name", "warned"), [("OctDepth", False), ("depth", False), ("Depth", True), ("pointweight", True)])
+def test_a_parameter_in_letters_that_no_meshlab_reads_is_a_change_of_meaning(name: str, warned: bool) -> None:
+    """MeshLab tells capital letters apart and takes the default; old names that a version had mean what they meant."""
+    param = (
+        f'<Param type="RichFloat" name="{name}" value="6"/>'
+        if "w" in name
+        else f'<Param type="RichInt" name="{name}" value="6"/>'
+    )
+    assert bool(upgraded(one_filter(POISSON, param)).warnings) is warned
+
+
 def test_a_value_without_a_type_stays_without_effect() -> None:
     """Every MeshLab drops it and takes its default: so does the upgraded script."""
     data = one_filter("Compute Normals for Point Sets", '<Param name="K" value="7"/>')
@@ -268,7 +279,9 @@ def test_a_switch_that_meshlab_reads_otherwise_is_a_change_of_meaning(written: s
         (PRINCIPAL, '<Param type="RichInt" name="Method" value="0"/>', {}),
     ],
 )
-def test_a_parameter_that_meshlab_2020_lacked_gets_the_value_of_what_it_did(name: str, param: str, added: dict[str, Any]) -> None:
+def test_a_parameter_that_older_versions_lacked_gets_the_value_that_does_the_same(
+    name: str, param: str, added: dict[str, Any]
+) -> None:
     """Today's default would make four times as many faces, or measure over twice the size: measured with MeshLab 2020.09."""
     found = upgraded(one_filter(name, param))
     written = dict(found.script.steps[0].values)

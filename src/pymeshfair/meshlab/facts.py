@@ -108,7 +108,7 @@ class Former:
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
-    #: parameters that MeshLab 2020 lacked, and whose default does something else: by name the ``value`` that does the same, the
+    #: parameters that older versions lacked, and whose default does something else: by name the ``value`` that does the same, the
     #: ``meaning`` and, in ``if``, the value of another parameter that makes the difference
     newer: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers

@@ -20,6 +20,7 @@ from .write import NOMINAL_EDGE
 
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
+_OTHER_CASE = "no MeshLab reads a parameter under the old name; all take its default"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes the default"
 _MISREAD = "today's MeshLab reads another value in the old script: 0, true or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
@@ -137,7 +138,8 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
                 params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
             continue
         if target != name:
-            changes.append(note(what=f"is {target!r} now"))
+            known = any(name in former.renames for former in facts)
+            changes.append(note(what=f"is {target!r} now", meaning="" if known else _OTHER_CASE))
         if target in params:
             meaning = "" if params[target].attributes == param.attributes else "the values differ, and the last one is kept"
             changes.append(note(what="was given several times, and is given once now", meaning=meaning))
