@@ -41,18 +41,16 @@ class BuiltinFilters:
         free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
         given = {name: float(values[name]) for name in free if isinstance(values.get(name), float | int)}
         used = self.ask(declared.python_name, **converted) if given else {}
-        if all(np.float32(number) == np.float32(used[name]) for name, number in given.items()):
+        if not any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items()):
             return ""
-        rows = []
+        rows = ""
         for p in declared.parameters:
             value = given.get(p.name, used[p.name])
-            if isinstance(p, Point):
-                kind, numbers = "Position", " ".join(f'{axis}="{number}"' for axis, number in zip("xyz", value, strict=True))
-            else:
-                kind = {bool: "Bool", int: "Int"}.get(type(value), "Float")
-                numbers = f'value="{str(value).lower()}"'
-            rows.append(f'<Param type="Rich{kind}" name="{p.xml_name}" {numbers}/>')
-        return f'<FilterScript><filter name="{declared.name}">{"".join(rows)}</filter></FilterScript>'
+            kind = {bool: "Bool", int: "Int", float: "Float"}.get(type(value), "Position")
+            texts = dict(zip("xyz", value, strict=True)) if kind == "Position" else {"value": str(value).lower()}
+            written = " ".join(f'{key}="{text}"' for key, text in texts.items())
+            rows += f'<Param type="Rich{kind}" name="{p.xml_name}" {written}/>'
+        return f'<FilterScript><filter name="{declared.name}">{rows}</filter></FilterScript>'
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
