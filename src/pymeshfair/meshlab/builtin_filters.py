@@ -21,11 +21,12 @@ class BuiltinFilters:
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
-    def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+    def apply(self, declared: Filter, values: Mapping[str, Any], script: Callable[[], str]) -> dict[str, Any]:
+        """Applies a filter; where numbers are beyond bounds, which a script has not, the `script` of this step."""
         converted = self._for_meshlab(declared, values)
         try:
-            script = self._script_beyond_bounds(declared, values, converted)
-            return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=script)
+            text = script() if self._is_beyond_bounds(declared, converted) else ""
+            return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=text)
         except pymeshlab.PyMeshLabException:
             checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
             raise
@@ -33,24 +34,12 @@ class BuiltinFilters:
             checked(declared, values)  # pymeshlab's own error does not name the parameter whose value it cannot read
             raise
 
-    def _script_beyond_bounds(self, declared: Filter, values: Mapping[str, Any], converted: Mapping[str, Any]) -> str:
-        """The filter as a script if a number is beyond the bounds that MeshLab computes from the mesh; a script has no bounds.
-
-        A call of pymeshlab takes the nearest bound in place of the number.
-        """
+    def _is_beyond_bounds(self, declared: Filter, values: Mapping[str, Any]) -> bool:
+        """Whether a number is beyond bounds that MeshLab computes from the mesh; a call of pymeshlab would take the bound."""
         free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
-        given = {name: float(values[name]) for name in free if isinstance(values.get(name), float | int)}
-        used = self.ask(declared.python_name, **converted) if given else {}
-        if not any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items()):
-            return ""
-        rows = ""
-        for p in declared.parameters:
-            value = given.get(p.name, used[p.name])
-            kind = {bool: "Bool", int: "Int", float: "Float"}.get(type(value), "Position")
-            texts = dict(zip("xyz", value, strict=True)) if kind == "Position" else {"value": str(value).lower()}
-            written = " ".join(f'{key}="{text}"' for key, text in texts.items())
-            rows += f'<Param type="Rich{kind}" name="{p.xml_name}" {written}/>'
-        return f'<FilterScript><filter name="{declared.name}">{rows}</filter></FilterScript>'
+        given = {name: values[name] for name in free if isinstance(values.get(name), float | int)}
+        used = self.ask(declared.python_name, **values) if given else {}
+        return any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items())
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return apply_filter(self._meshset, name, values, verbose=self.verbose)
@@ -83,7 +72,6 @@ class BuiltinFilters:
         return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the values of `effective`, with lengths in mesh units."""
         effective = self.effective(declared, values)
         lengths = {name: value for name, value in effective.items() if isinstance(value, Length)}
         resolved = self.values(declared, lengths) if lengths else {}
@@ -134,7 +122,6 @@ class BuiltinFilters:
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used, as in a script."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length

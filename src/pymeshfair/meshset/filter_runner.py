@@ -18,7 +18,7 @@ from ..errors import MeshError, Place
 from ..meshlab.base import FilterFailedError, ScriptStepFailedError
 from ..meshlab.builtin_filters import BuiltinFilters, checked, constant_defaults
 from ..registry import is_known
-from ..scripts import Script, Step, read_script, write_script
+from ..scripts import Script, Step, format_script, read_script, write_script
 from ..scripts.write import NOMINAL_EDGE
 from ..write_back import Workbench, without_helpers, write_edit
 from .methods import known_filter, length_text
@@ -77,8 +77,10 @@ class FilterRunner:
         self._builtins.verbose = self._bench.verbose
         ran_with = self._builtins.effective(declared, values) if declared.is_builtin else values
         step = _sized(Step(declared, _with_changed_ids(declared, ran_with, self._bench.without_helpers)), self._bench.current)
-        apply = self._builtins.apply if declared.is_builtin else self._apply_plugin
-        return apply(declared, values), step
+        if not declared.is_builtin:
+            return self._apply_plugin(declared, values), step
+        script = Script((Step(declared, ran_with, size=step.size),))
+        return self._builtins.apply(declared, values, lambda: format_script(script)), step
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         layer, bench = self._bench.current(), self._bench
