@@ -41,9 +41,6 @@ class BuiltinFilters:
         used = self.ask(declared.python_name, **values) if given else {}
         return any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items())
 
-    def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        return apply_filter(self._meshset, name, values, verbose=self.verbose)
-
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
         """Returns all values that pymeshlab's filter of that name would run with on the current layer."""
         with MESHLAB:
