@@ -12,6 +12,7 @@ import pytest
 COMMANDS = {
     "matplotlib": ("plot", ["spectrum", "scan.ply", "-o", "curve.png"]),
     "websockets": ("tune", ["tune", "scan.ply"]),
+    "distributed": ("cluster", ["batch", "denoise", "scan.ply", "-o", "out", "--scheduler", "tcp://127.0.0.1:1"]),
 }
 
 

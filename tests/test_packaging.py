@@ -6,7 +6,9 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
+import venv
 import zipfile
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
@@ -99,6 +101,22 @@ def test_a_wheel_with_kernels_is_for_one_python_and_one_numba(tmp_path: Path) ->
     python = f"cp{sys.version_info.major}{sys.version_info.minor}"
     assert f"-{python}-{python}-" in wheel.name
     assert {f"{name}=={version(name)}" for name in ("numba", "llvmlite")} <= set(requirements(wheel))
+
+
+@pytest.mark.slow
+def test_type_checkers_find_all_names_in_the_installed_package(built: Path, tmp_path: Path) -> None:
+    """In the README's program, beside an installed wheel, pyright finds the planted errors and nothing else."""
+    pytest.importorskip("pyright")
+    venv.create(tmp_path / "venv")
+    python = tmp_path / "venv/bin/python"
+    [packages] = (tmp_path / "venv/lib").glob("python*/site-packages")
+    [wheel] = built.glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(packages)
+    (packages / "others.pth").write_text(sysconfig.get_path("purelib"))  # numpy
+    shutil.copytree(ROOT / "tests/typing", tmp_path / "checked/tests/typing")
+    command = [sys.executable, "-m", "pyright", "--pythonpath", str(python)]
+    done = subprocess.run(command, cwd=tmp_path / "checked/tests/typing", capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout
 
 
 def test_source_distribution_holds_what_building_and_testing_need(built: Path) -> None:

@@ -209,7 +209,7 @@ Two changes do not show in the names:
 `--relative-to MESH` makes the lengths of a script for one mesh relative to the size of that mesh before their step (the steps
 before it are run). Each changed length is listed.
 
-Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning,
+Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 31 of them without a change of meaning,
 and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs
 (`python benchmarks/old_scripts.py FOLDER`).
 
@@ -270,6 +270,9 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
         rows.append((old, "; ".join(said)))
     rows += [(old, f"gone: {change}") for old, change in former.loses.items()]
     rows += [(old, "gone" if same is None else f"gone; today as with {same or 'no name'}") for old, same in former.drops.items()]
+    for name, new in former.newer.items():
+        only = f" with {new['if']}" if "if" in new else ""
+        rows.append((f"{name} missing{only}", f"`{name}={new['value']}`; {new['meaning']}"))
     return rows
 
 

@@ -36,7 +36,9 @@ def format_stub() -> str:
     functions = [
         _signature(f.__doc__ or "", "") for name, f in public.items() if inspect.isbuiltin(f) and not hasattr(methods, name)
     ]
-    return "\n".join([_HEAD, *sorted(exceptions), "", *sorted(classes), *sorted(functions), ""])
+    text = "\n".join([*sorted(exceptions), "", *sorted(classes), *sorted(functions), ""])
+    names = sorted(re.findall(r"^(?:class|def) ([A-Za-z]\w*)", text, re.MULTILINE))
+    return "\n".join([_HEAD, "__all__ = [", *(f'    "{name}",' for name in names), "]", "", text])
 
 
 def _is(kind: object, *, error: bool) -> bool:

@@ -11,6 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import pymeshfair.meshset.pymeshlab_classes as pymeshlab_classes
+
     from . import errors
     from .authoring import Recipe, run
     from .errors import PymeshfairError
@@ -45,9 +47,6 @@ class _Public(list[str]):
         return name not in ("MeshSet", "Recipe") and super().__contains__(name)
 
 
-if not TYPE_CHECKING:
-    __all__ = _Public(__all__)
-
 _OURS = {
     "MeshSet": "meshset",
     "Recipe": "authoring",
@@ -81,7 +80,10 @@ def _from_elsewhere(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-if not TYPE_CHECKING:  # with `__getattr__` a type checker would accept any name
+if TYPE_CHECKING:
+    __all__ += pymeshlab_classes.__all__
+else:  # with `__getattr__` a type checker would accept any name
+    __all__ = _Public(__all__)
     __getattr__ = _from_elsewhere
 
 

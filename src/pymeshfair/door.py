@@ -28,7 +28,7 @@ from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.facts import table
 from .processes.worker import use_up
-from .scripts.script import Step
+from .scripts import Script, Step, format_script
 from .write_back.attributes import WORD, custom_attributes
 from .write_back.workbench import Workbench, attributes_of, read_array, wedges_of
 
@@ -93,7 +93,9 @@ class Door:
         self._with_uv |= known.startswith("compute_texcoord_") and known.endswith("_vertex")
         if known in table("unrepeatable")["leaves_state"]:
             use_up()
-        return parameters, self._filters.apply(step.filter, values)
+        return parameters, self._filters.apply(
+            step.filter, values, lambda: format_script(Script((Step(step.filter, effective),)))
+        )
 
     def counts(self) -> tuple[int, int]:
         mesh = BASE.current_mesh(self._meshset)

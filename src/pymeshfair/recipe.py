@@ -44,7 +44,6 @@ class RecipeInfo:
 
     @property
     def measure(self) -> str:
-        """The first word of `judged`; may be empty."""
         return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
 
     @property
@@ -54,7 +53,6 @@ class RecipeInfo:
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        """The conditions of `fits`; empty if `fits` is empty or cannot be parsed."""
         try:
             return parse_fits(self.fits)
         except ParameterError:
@@ -71,7 +69,6 @@ class Recipe:
 
     @cached_property
     def text(self) -> str:
-        """The text of the .mlx file with all default values, see `format_script`."""
         return format_script(self.script)
 
     @property
@@ -89,7 +86,6 @@ class Recipe:
 
     @property
     def description(self) -> str:
-        """The head comment without its title."""
         return self.script.comment.partition("\n")[2].strip()
 
     @property
@@ -98,7 +94,6 @@ class Recipe:
         return (*(str(change) for change in self.changes if not change.same_meaning), *traps(self.script))
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """Returns the recipe with some values overridden by `pymeshfair.scripts.changing.override`."""
         return replace(self, script=override(self.script, overrides))
 
 
@@ -159,6 +154,5 @@ def _scripts(folder: str = ".") -> dict[str, Traversable]:
 
 def head_info(comment: str) -> RecipeInfo:
     """Parses a head comment."""
-    title, _, rest = comment.partition("\n")
-    words = paragraphs(rest)
-    return RecipeInfo(title.strip(), **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})
+    title, words = comment.partition("\n")[0].strip(), paragraphs(comment)
+    return RecipeInfo(title, **{"purpose" if word == "For" else word.lower(): words.get(word, "") for word in KEYWORDS})

@@ -3,14 +3,14 @@
 import functools
 import importlib
 import importlib.metadata
+import sys
 import traceback
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from keyword import iskeyword
 
 from .declaration import Filter
-from .errors import UnknownNameError, nearest
+from .errors import PymeshfairError, UnknownNameError, nearest
 from .meshlab.facts import meshlab_filters
 
 #: The entry-point group for plugins; each value names a `Filter`, or a module whose `Filter` objects are registered.
@@ -75,13 +75,11 @@ def reload_plugins() -> None:
     _load.cache_clear()
 
 
-def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
-    return {name: declared for declared in filters for name in (declared.python_name, declared.name)}
-
-
 @functools.cache
 def _load() -> _Registry:
-    by_any_name = _by_any_name(meshlab_filters())
+    if sys.flags.optimize > 1:
+        raise PymeshfairError("filters need their docstrings, which -OO or PYTHONOPTIMIZE=2 removes; start Python without it")
+    by_any_name = {name: declared for declared in meshlab_filters() for name in (declared.python_name, declared.name)}
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
     for package, entry in _entry_points(broken):
@@ -103,7 +101,7 @@ def _load() -> _Registry:
                 broken.append(BrokenPlugin(package, text, f"filter {declared.python_name!r} {reason}"))
                 continue
             custom.append(replace(declared, origin=package))
-            by_any_name |= _by_any_name(custom[-1:])
+            by_any_name |= dict.fromkeys((declared.python_name, declared.name), custom[-1])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
     return _Registry(tuple(custom), by_any_name, tuple(broken))
 

@@ -149,6 +149,12 @@ MORE = {
     ),
     "unknown_encoding": Case(b'<?xml version="1.0" encoding="x-mac-farsi"?>\n' + taubin(), "save it as UTF-8", 1),
     "multibyte_encoding": Case(b'<?xml version="1.0" encoding="shift_jis"?>\n' + taubin(), "save it as UTF-8", 1),
+    "utf8_called_utf16": Case(
+        b'<?xml version="1.0" encoding="UTF-16"?>' + taubin(), "save it as UTF-8", 1
+    ),  # MeshLab reads nothing
+    "utf16_called_utf8": Case(
+        ('<?xml version="1.0" encoding="UTF-8"?>' + taubin().decode()).encode("utf-16"), "save it as UTF-8", 1
+    ),
     "doctype_twice": Case(b"<!DOCTYPE FilterScript>\n" + taubin(), "not well-formed XML", 2),
     "attribute_twice": Case(script('<filter name="Box/Cube" name="Cone"/>'), "not well-formed XML: duplicate attribute", 3),
     "odd_utf16": Case(b"\xff\xfe<", "is not UTF-16 text"),

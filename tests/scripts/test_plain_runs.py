@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from pymeshfair import MeshSet
 from pymeshfair.scripts import ScriptError, read_script
 from pymeshfair.scripts.warnings import unmet_needs
 from tests.host.snapshots import sample
+from tests.scripts.texts import script
 
 OWN = """<!DOCTYPE FilterScript>
 <FilterScript>
@@ -51,6 +53,24 @@ def test_a_script_gives_the_bits_of_plain_pymeshlab(tmp_path: Path) -> None:
     """Lengths in mesh units, defaults that depend on the mesh, selections and expressions: all as plain pymeshlab has them."""
     path = tmp_path / "own.mlx"
     path.write_text(OWN, encoding="utf-8")
+    check(path)
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        '<filter name="Transform: Translate, Center, set Origin">{axisX=-500000}{axisZ=7}</filter>',
+        '<filter name="Per Vertex Quality Function"><Param type="RichString" name="q" value="x"/></filter>'
+        '<filter name="Select by Vertex Quality">{minQ=5}{maxQ=9}</filter>',
+        '<filter name="Select Faces with edges longer than...">{Threshold=1e9}</filter>',
+    ],
+    ids=["translation", "scalars", "edges"],
+)
+def test_numbers_beyond_bounds_of_the_mesh_give_the_bits_of_plain_pymeshlab(steps: str, tmp_path: Path) -> None:
+    """A script has no bounds; a call of pymeshlab translates by five diagonals at most, and selects what is at the bound."""
+    path = tmp_path / "own.mlx"
+    param = r'<Param type="RichDynamicFloat" name="\1" value="\2" min="-1e9" max="1e9"/>'
+    path.write_bytes(script(re.sub(r"{(\w+)=(\S+?)}", param, steps)))
     check(path)
 
 

@@ -20,6 +20,7 @@ from tests.scripts.texts import one_filter, script
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 POISSON = "Surface Reconstruction: Screened Poisson"
 REPAIR = "Repair non Manifold Edges"
+PRINCIPAL = "Compute curvature principal directions"
 
 
 #: the former filters that no filter of today stands for
@@ -225,6 +226,17 @@ def test_types_case_and_missing_attributes_are_mended(param: str, value: Any) ->
     assert got == value
 
 
+@pytest.mark.parametrize(("name", "warned"), [("OctDepth", False), ("depth", False), ("Depth", True), ("pointweight", True)])
+def test_a_parameter_in_letters_that_no_meshlab_reads_is_a_change_of_meaning(name: str, warned: bool) -> None:
+    """MeshLab tells capital letters apart and takes the default; old names that a version had mean what they meant."""
+    param = (
+        f'<Param type="RichFloat" name="{name}" value="6"/>'
+        if "w" in name
+        else f'<Param type="RichInt" name="{name}" value="6"/>'
+    )
+    assert bool(upgraded(one_filter(POISSON, param)).warnings) is warned
+
+
 def test_a_value_without_a_type_stays_without_effect() -> None:
     """Every MeshLab drops it and takes its default: so does the upgraded script."""
     data = one_filter("Compute Normals for Point Sets", '<Param name="K" value="7"/>')
@@ -243,6 +255,39 @@ def test_a_value_that_meshlab_reads_otherwise_today_is_a_change_of_meaning(name:
     number = next(p.xml_name for p in known.parameters if p.xml_type in ("RichInt", "RichDynamicFloat", "RichFloat"))
     found = upgraded(one_filter(name, f'<Param type="RichBool" name="{number}" value="3"/>'))
     assert len([text for text in found.warnings if "reads another value" in text]) == warned
+
+
+@pytest.mark.parametrize(
+    ("written", "warned"), [("FALSE", True), ("False", True), ("1", True), (" true", True), ("TRUE", False), ("true", False)]
+)
+def test_a_switch_that_meshlab_reads_otherwise_is_a_change_of_meaning(written: str, warned: bool) -> None:
+    """MeshLab reads FALSE as true, and drops 1, so that the switch which is meant is another one; TRUE is true there, too."""
+    found = upgraded(one_filter("Taubin Smooth", f'<Param type="RichBool" name="Selected" value="{written}"/>'))
+    assert bool(found.warnings) is warned
+
+
+@pytest.mark.parametrize(
+    ("name", "param", "added"),
+    [
+        ("Subdivision Surfaces: Catmull-Clark", "", {"iterations": 1}),
+        ("Catmull-Clark Subdivision Surfaces", "", {"iterations": 1}),
+        (
+            "Compute curvature principal directions",
+            '<Param type="RichInt" name="Method" value="1"/>',
+            {"scale": Length(5.0, "percent")},
+        ),
+        (PRINCIPAL, '<Param type="RichInt" name="Method" value="0"/>', {}),
+    ],
+)
+def test_a_parameter_that_older_versions_lacked_gets_the_value_that_does_the_same(
+    name: str, param: str, added: dict[str, Any]
+) -> None:
+    """Today's default would make four times as many faces, or measure over twice the size: measured with MeshLab 2020.09."""
+    found = upgraded(one_filter(name, param))
+    written = dict(found.script.steps[0].values)
+    written.pop("method", None)
+    assert written == added
+    assert bool(found.warnings) == bool(added)
 
 
 def test_a_second_document_type_is_left_out() -> None:

@@ -138,11 +138,9 @@ class Parameter:
         return self.automatic if isinstance(value, str) and self.is_automatic(value) else value
 
     def is_automatic(self, value: Any) -> bool:
-        """Whether the value is "auto" or the number `automatic`."""
         return self.automatic is not None and (value == AUTO if isinstance(value, str) else as_float(value) == self.automatic)
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error for a refused value."""
         got = value if isinstance(value, Length) else shortened(repr(value))
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 

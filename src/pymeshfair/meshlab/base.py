@@ -3,9 +3,11 @@
 `BASE` stays pymeshlab's class if a program sets ``pymeshlab.MeshSet = pymeshfair.MeshSet``.
 """
 
+import tempfile
 import threading
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,11 +23,16 @@ MESHLAB = threading.RLock()
 _KEPT: list[Any] = []
 
 
-def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool) -> dict[str, Any]:
-    """Applies a filter without adding it to MeshLab's own script; returns its report."""
+def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool, script: str = "") -> dict[str, Any]:
+    """Applies a filter, or a script in its place, without adding it to MeshLab's own script; returns the filter's report."""
     with MESHLAB:
         try:
-            result: dict[str, Any] = BASE.apply_filter(meshset, name, **values)
+            if script:
+                with tempfile.TemporaryDirectory() as folder:
+                    Path(folder, "step.mlx").write_text(script, "utf-8")
+                    BASE.load_filter_script(meshset, f"{folder}/step.mlx")
+                BASE.apply_filter_script(meshset)
+            result: dict[str, Any] = {} if script else BASE.apply_filter(meshset, name, **values)
         except Exception:
             after_failure(meshset, verbose=verbose)
             raise

@@ -21,10 +21,12 @@ class BuiltinFilters:
     def __init__(self, meshset: Any, current: _Current, *, verbose: bool = False) -> None:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
-    def apply(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+    def apply(self, declared: Filter, values: Mapping[str, Any], script: Callable[[], str]) -> dict[str, Any]:
+        """Applies a filter; where numbers are beyond bounds, which a script has not, the `script` of this step."""
         converted = self._for_meshlab(declared, values)
         try:
-            return self.call(declared.python_name, converted)
+            text = script() if self._is_beyond_bounds(declared, converted) else ""
+            return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=text)
         except pymeshlab.PyMeshLabException:
             checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
             raise
@@ -32,8 +34,12 @@ class BuiltinFilters:
             checked(declared, values)  # pymeshlab's own error does not name the parameter whose value it cannot read
             raise
 
-    def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        return apply_filter(self._meshset, name, values, verbose=self.verbose)
+    def _is_beyond_bounds(self, declared: Filter, values: Mapping[str, Any]) -> bool:
+        """Whether a number is beyond bounds that MeshLab computes from the mesh; a call of pymeshlab would take the bound."""
+        free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
+        given = {name: values[name] for name in free if isinstance(values.get(name), float | int)}
+        used = self.ask(declared.python_name, **values) if given else {}
+        return any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items())
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
         """Returns all values that pymeshlab's filter of that name would run with on the current layer."""
@@ -63,7 +69,6 @@ class BuiltinFilters:
         return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the values of `effective`, with lengths in mesh units."""
         effective = self.effective(declared, values)
         lengths = {name: value for name, value in effective.items() if isinstance(value, Length)}
         resolved = self.values(declared, lengths) if lengths else {}
@@ -107,15 +112,13 @@ class BuiltinFilters:
         if isinstance(parameter, Color):
             return parameter.check((used.red(), used.green(), used.blue(), used.alpha()))
         if isinstance(parameter, Float):
-            is_typed = isinstance(typed, float | int) and np.float32(typed) == np.float32(used)
-            number = float(typed) if is_typed else _shortest(used)
+            number = float(typed) if isinstance(typed, float | int) else _shortest(used)
             # MeshLab's own defaults may be out of range by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
         return parameter.check(used)
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
-        """Returns the length that a filter used, as in a script."""
         length = as_length(typed)
         if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
             return length

@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from .. import declaration
 from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement, Parameter, Percentage
+from ..errors import plain_name
 
 
 @functools.cache
@@ -108,6 +109,9 @@ class Former:
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
+    #: parameters that older versions lacked, and whose default does something else: by name the ``value`` that does the same, the
+    #: ``meaning`` and, in ``if``, the value of another parameter that makes the difference
+    newer: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
     #: which layer is current after the filter: ``"left"``: in old versions the layer that was current before, today the result;
     #: ``"current"``: the result in every version
@@ -122,16 +126,15 @@ class Former:
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
         """Returns today's equivalent of a value of an old parameter, as values by parameter; None if `turns` has no entry."""
-        if (cases := self.turns.get(parameter)) is None:
-            return None
+        cases = self.turns.get(parameter, {})
         equivalents = cases.get(value.strip().lower(), cases.get("*"))
         stands_for = {"*": value, "-*": f"-{value.strip()}".removeprefix("--")}
         return None if equivalents is None else {name: stands_for.get(text, text) for name, text in equivalents.items()}
 
 
 def former_filter(old: str) -> Former | None:
-    """Returns today's form of the filter with an old name, ignoring case and extra blanks; None if it is not in the table."""
-    return former_filters().get(old) or _by_plain_name().get(_plain(old))
+    """Returns today's form of the filter with an old name, compared by `plain_name`; None if it is not in the table."""
+    return former_filters().get(old) or _by_plain_name().get(plain_name(old))
 
 
 def former_parameters(name: str) -> Former:
@@ -154,8 +157,5 @@ def former_filters() -> Mapping[str, Former]:
 @functools.cache
 def _by_plain_name() -> Mapping[str, Former]:
     """Maps old names in plain form to entries, without those whose plain form is still today's: these are not old."""
-    return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
-
-
-def _plain(name: str) -> str:
-    return " ".join(name.casefold().split())
+    plain = {name: plain_name(name) for name in former_filters()}
+    return {plain[name]: former for name, former in former_filters().items() if plain[name] != plain_name(former.now or "")}

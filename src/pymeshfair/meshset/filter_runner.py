@@ -15,10 +15,10 @@ import pymeshlab
 from ..calling import StoppedError, call, check_needs, reason, resolved
 from ..declaration import Arity, Filter, Layer, Length
 from ..errors import MeshError, Place
-from ..meshlab.base import FilterFailedError, ScriptStepFailedError
+from ..meshlab.base import FilterFailedError, ScriptStepFailedError, apply_filter
 from ..meshlab.builtin_filters import BuiltinFilters, checked, constant_defaults
 from ..registry import is_known
-from ..scripts import Script, Step, read_script, write_script
+from ..scripts import Script, Step, format_script, read_script, write_script
 from ..scripts.write import NOMINAL_EDGE
 from ..write_back import Workbench, without_helpers, write_edit
 from .methods import known_filter, length_text
@@ -40,7 +40,7 @@ class FilterRunner:
         """
         declared = known_filter(filter_name)
         if declared is None:
-            return self._builtins.call(filter_name, values), None
+            return apply_filter(self._bench.meshset, filter_name, values, verbose=self._builtins.verbose), None
         return self._apply(declared, dict(values) if declared.is_builtin else checked(declared, values))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
@@ -61,7 +61,6 @@ class FilterRunner:
         return resolved(declared, {**declared.defaults, **checked(declared, values)}, self._bench.current())
 
     def note(self, sentences: Iterable[str], level: int = logging.WARNING) -> None:
-        """Sends sentences to `on_note` of the mesh set, or else to the logger with `level`."""
         on_note = getattr(self._bench.meshset, "on_note", None)
         tell = partial(_LOG.log, level, "%s") if on_note is None else on_note
         for text in sentences:
@@ -77,8 +76,9 @@ class FilterRunner:
         self._builtins.verbose = self._bench.verbose
         ran_with = self._builtins.effective(declared, values) if declared.is_builtin else values
         step = _sized(Step(declared, _with_changed_ids(declared, ran_with, self._bench.without_helpers)), self._bench.current)
-        apply = self._builtins.apply if declared.is_builtin else self._apply_plugin
-        return apply(declared, values), step
+        if not declared.is_builtin:
+            return self._apply_plugin(declared, values), step
+        return self._builtins.apply(declared, values, lambda: format_script(Script((replace(step, values=ran_with),)))), step
 
     def _apply_plugin(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         layer, bench = self._bench.current(), self._bench
@@ -144,7 +144,6 @@ class ScriptLog:
         write_script(self._script.with_steps(_sized(step, current) for step in self.steps), Path(file), overwrite=True)
 
     def print(self) -> None:
-        """Prints each step with the values of its parameters, as pymeshlab does."""
         print(f"Filter Script Size : {len(self.steps)}\n")
         for number, step in enumerate(self.steps):
             print(f"{number}: {step.filter.python_name}")

@@ -7,6 +7,27 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "BoundingBox",
+    "Color",
+    "Image",
+    "InvalidEnumException",
+    "InvalidPercentageException",
+    "Mesh",
+    "MissingCompactnessException",
+    "MissingComponentException",
+    "PercentageValue",
+    "PureValue",
+    "PyMeshLabException",
+    "load_default_plugins",
+    "load_plugin",
+    "number_plugins",
+    "plugin_number",
+    "print_plugin_filter_list",
+    "print_plugin_list",
+    "print_pymeshlab_version",
+]
+
 class InvalidEnumException(Exception): ...
 class InvalidPercentageException(Exception): ...
 class MissingCompactnessException(Exception): ...

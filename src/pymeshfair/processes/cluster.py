@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import PymeshfairError, RunError, missing_package
+from ..errors import PymeshfairError, RunError, require_extra
 from .environment import packages_here
 
 if TYPE_CHECKING:
     from distributed import Client
 
-#: how long a scheduler may take to answer
-_ANSWER = "10s"
+_ANSWER = "10s"  # how long a scheduler may take to answer
 #: prefix of the probe file, which workers read to prove that they see the folder of outputs
 _PROBE_PREFIX = ".pymeshfair-batch-"
 
@@ -47,6 +46,9 @@ class Scheduler:
     certificate: Path | None = None  # the certificate of this client
     key: Path | None = None  # its private key
 
+    def __post_init__(self) -> None:
+        require_extra("cluster", "distributed")
+
     def place(self) -> str:
         if self.file is None:
             return self.address
@@ -70,10 +72,8 @@ class Scheduler:
 @contextlib.contextmanager
 def open_client(scheduler: Scheduler) -> Iterator[Client]:
     """Opens a client of a scheduler."""
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise ClusterError(missing_package("distributed", "cluster")) from error
+    from distributed import Client
+
     # `ClusterError` reports the errors, so dask's loggers are silenced: each of them, since some have a level of their own.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):

@@ -53,7 +53,6 @@ class Condition:
     outside: bool = False  # whether the trait must lie outside the bounds, as after ``no``
 
     def is_met(self, traits: Mapping[str, float]) -> bool:
-        """Whether a scan with these traits meets the condition; False if the trait is not known."""
         value = traits.get(self.trait)
         return value is not None and (self.least <= value <= self.most) != self.outside
 
@@ -132,8 +131,6 @@ class Guards:
         return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
-        """The limits that are set, as texts for `parse`."""
-
         def text(limit: Any) -> str:
             if isinstance(limit, tuple):
                 return ",".join(word if number is None else f"{word}={number}" for word, number in limit)
@@ -142,7 +139,6 @@ class Guards:
         return {name: text(limit) for name, limit in self._limits.items()}
 
     def overridden(self, others: Guards) -> Guards:
-        """These limits; limits that are set in `others` replace them."""
         return replace(self, **others._limits)
 
     @property

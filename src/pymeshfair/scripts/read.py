@@ -35,7 +35,7 @@ SLIP = 0.87  # the least similarity of a typo and a suggestion; ``Delete Selecti
 UNIT = "unit"  # the attribute of ``<FilterScript>`` that names the unit of the scans
 #: a document type that is written twice, as by some old programs
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
-_ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
+_ENCODINGS = {False: ("utf-8", "utf8", "us-ascii", "ascii"), True: ("utf-16",)}  # by whether the bytes are UTF-16
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class _Reader:
     def _parse(self, data: bytes) -> None:
         if len(data) > MOST_BYTES:
             self._end_with(f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script", None)
-        utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        utf16 = self._utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         try:
             self._parser.Parse(data.decode("utf-16" if utf16 else "utf-8-sig").encode("utf-8"), True)
         except UnicodeDecodeError as error:
@@ -159,7 +159,7 @@ class _Reader:
             raise _EndedError
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
-        if encoding is not None and encoding.lower() not in _ENCODINGS:
+        if encoding is not None and encoding.lower() not in _ENCODINGS[self._utf16]:
             self._fatal(f"says that it is written in {shortened(encoding)!r}; save it as UTF-8")
 
     def _document_type(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
@@ -340,7 +340,6 @@ def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
-    """Add the value of an element to `values`; return the complaints."""
     name = param.attributes.get("name")
     if name is None:
         return [("<Param> has no name; MeshLab would drop it", None)]

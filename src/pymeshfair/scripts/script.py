@@ -130,9 +130,8 @@ class Step:
 
     def in_mesh_units(self, *, diagonal: float, mean_edge: float) -> Step:
         lengths = {name: value for name, value in self.values.items() if isinstance(value, Length)}
-        return self.with_checked(
-            {n: Length(v.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)) for n, v in lengths.items()}
-        )
+        resolved = {n: Length(v.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)) for n, v in lengths.items()}
+        return self.with_checked(resolved)
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
         """The step with defaults for parameters without a value; relative lengths get no default if `lengths` is False.
@@ -163,7 +162,6 @@ class Script:
     unit: str = ""  # of the scans the script is for, one of `pymeshfair.declaration.parameters.METRES`; may be empty
 
     def problem(self, step: Step, message: str, *, parameter: str | None = None) -> Problem:
-        """A problem with a step, or with its parameter that has this name in scripts."""
         file = "script" if self.path is None else str(self.path)
         return Problem(file=file, line=step.line, filter=step.filter.name, parameter=parameter, message=message)
 
@@ -182,10 +180,10 @@ def clean_comment(text: str) -> str:
     return inspect.cleandoc("\n".join(line.rstrip() for line in text.expandtabs().splitlines())).strip()
 
 
-def paragraphs(text: str) -> dict[str, str]:
-    """By keyword of `KEYWORDS`, the first paragraph that begins with it; `text` is a head comment without its title."""
+def paragraphs(comment: str) -> dict[str, str]:
+    """By keyword of `KEYWORDS`, the first paragraph of a head comment that begins with it; the title is none."""
     by_keyword: dict[str, str] = {}
-    for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
+    for paragraph in re.split(r"\n[ \t]*\n", comment.partition("\n")[2].strip()):
         keyword, colon, words = " ".join(paragraph.split()).partition(":")
         if colon and keyword in KEYWORDS:
             by_keyword.setdefault(keyword, words.strip())

@@ -20,8 +20,9 @@ from .write import NOMINAL_EDGE
 
 _GONE = "is left out, as MeshLab has dropped it"
 _NEVER_EXISTED = "no version of MeshLab has such a parameter; all ignore it"
+_OTHER_CASE = "no MeshLab reads a parameter under the old name; all take its default"
 _UNTYPED = "is left out: without a type every MeshLab ignores the value and takes the default"
-_MISREAD = "today's MeshLab reads another value in the old script: 0 or the default"
+_MISREAD = "today's MeshLab reads another value in the old script: 0, true or the default"
 _DELETED = "MeshLab deleted input, result or both, depending on its version; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without this parameter MeshLab worked only on the faces that were new and selected; now on the whole mesh"
@@ -36,7 +37,6 @@ class Upgrade:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The changes that alter the meaning."""
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
@@ -59,8 +59,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
         aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
         upgraded, of_element = _upgraded(element, values)
-        if upgraded is not None:
-            filters.append(upgraded)
+        filters += [] if upgraded is None else [upgraded]
         changes += of_element
         if former is not None and former.layers == "current":
             always_current.add(element.line)
@@ -92,15 +91,19 @@ def _upgraded(element: FilterElement, values: Attributes) -> tuple[FilterElement
     facts = [former_parameters(today.name)] if former is None else [former, former_parameters(today.name)]
     sets = {} if former is None else former.sets
     if today.name != name:
-        invented = "no MeshLab has had a filter of that name" if facts[0].invented else ""
         added = "".join(f", with {parameter}={text}" for parameter, text in sets.items())
-        meaning = "" if former is None else former.note or invented
+        meaning = facts[0].note or ("no MeshLab has had a filter of that name" if facts[0].invented else "")
         changes.append(note(what=f"is {today.name!r} now{added}", meaning=meaning))
     params, of_params = _upgraded_params(element, today, facts)
     declared, written = {p.xml_name: p for p in today.parameters}, {p.attributes.get("name") for p in params}
+    for parameter, newer in facts[-1].newer.items():
+        given, _, needed = newer.get("if", "").partition("=")
+        if parameter not in {*written, *sets} and values.get(given, "").strip() == needed:
+            sets = {**sets, parameter: newer["value"]}
+            changes.append(note(what=f"{parameter} is {newer['value']} now, was missing", meaning=newer["meaning"]))
     for parameter, text in sets.items():
         if parameter not in written:
-            attributes = {"type": declared[parameter].xml_type, "name": parameter, "value": text}
+            attributes = {"name": parameter, "value": text.removesuffix("%")} | ({"relative": text} if text.endswith("%") else {})
             params.append(_typed(declared[parameter], attributes, element.line))
     return replace(element, kind="filter", name=today.name, params=params), changes + of_params
 
@@ -131,7 +134,8 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
                 params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
             continue
         if target != name:
-            changes.append(note(what=f"is {target!r} now"))
+            known = any(name in former.renames for former in facts)
+            changes.append(note(what=f"is {target!r} now", meaning="" if known else _OTHER_CASE))
         if target in params:
             meaning = "" if params[target].attributes == param.attributes else "the values differ, and the last one is kept"
             changes.append(note(what="was given several times, and is given once now", meaning=meaning))
@@ -199,7 +203,7 @@ def _type_changes(
     elif any(type_complaints(parameter, old)):  # today's MeshLab reads a value of a wrong type as 0
         misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
     else:
-        misread = isinstance(parameter, Bool) and old.get("value", "").lower() not in ("true", new.get("value"))
+        misread = isinstance(parameter, Bool) and old.get("value") != new["value"] and old.get("value", "").lower() != "true"
     meaning = _MISREAD if runs_today and misread else ""
     for attribute, text in new.items():
         if old.get(attribute) != text:
@@ -225,7 +229,12 @@ def _upgraded_steps(
             what = "is left out: today it would delete the result of the step before, in MeshLab 2016 the input"
             changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
             continue
-        if aged and _left_current_layer(step) and index + 1 not in deleting and line not in always_current:
+        if (
+            aged
+            and former_parameters(step.filter.name).layers == "left"
+            and index + 1 not in deleting
+            and line not in always_current
+        ):
             name = names.get(line, step.filter.name)
             changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
         steps.append(step)
@@ -237,15 +246,10 @@ def _upgraded_steps(
     return replace(script, steps=tuple(steps)), changes
 
 
-def _left_current_layer(step: Step) -> bool:
-    """Whether the result of the step is the current layer today, but was not in MeshLab 2016."""
-    return former_parameters(step.filter.name).layers == "left"
-
-
 def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
     """The indices of the steps that today delete the result of the step before, but deleted the input in MeshLab 2016."""
     for index, (before, step) in enumerate(pairwise(steps), 1):
-        if step.filter.python_name == "delete_current_mesh" and _left_current_layer(before):
+        if step.filter.python_name == "delete_current_mesh" and former_parameters(before.filter.name).layers == "left":
             yield index
 
 

@@ -19,7 +19,7 @@ _MANY_LAYERS = "generate_splitting_by_connected_components"
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
     """All warnings; those about lengths only with the `diagonal` of a mesh."""
-    words = paragraphs(script.comment.partition("\n")[2])
+    words = paragraphs(script.comment)
     warnings = [f"superseded: {words['Superseded']}"] if "Superseded" in words else []
     warnings += [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
     return warnings if diagonal is None else [*warnings, *lengths_out_of_proportion(script, diagonal=diagonal)]
@@ -28,7 +28,7 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
 def traps(script: Script) -> Iterator[str]:
     """Warnings about conditions of the head that cannot be read, and steps that do something else than what was meant."""
     try:
-        parse_fits(paragraphs(script.comment.partition("\n")[2]).get("Fits", ""))
+        parse_fits(paragraphs(script.comment).get("Fits", ""))
     except ParameterError as error:
         yield f"head: {error}; scans are checked against none of its conditions"
     for index in deletes_result(script.steps):
