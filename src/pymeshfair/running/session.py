@@ -23,6 +23,7 @@ from ..files.provenance import described_file, read_provenance
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..processes.worker import is_lack_of_memory
 from ..scripts.script import Step
@@ -241,6 +242,7 @@ class Session:
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
+        self._warn(*_without_values(outcome.result))
         after = self._measure(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
@@ -332,3 +334,16 @@ class Session:
         for text in texts:
             self.warnings.append(text)
             self._event(Message(text, "warning"))
+
+
+def _without_values(mesh: MeshData) -> Iterator[str]:
+    """Sentences on the custom attributes that new elements lack."""
+    held = getattr(mesh.source and mesh.source.document, "custom", lambda element: {})
+    vertex, face = (mesh.vertex_attributes, VERTEX_ATTRIBUTES - {"radii"}), (mesh.face_attributes, FACE_ATTRIBUTES)
+    for element, ids, (attributes, own) in (("vertex", mesh.vertex_ids, vertex), ("face", mesh.face_ids, face)):
+        if mesh.source is None or ids is None or not (new := ids < 0).any():
+            continue
+        names = [name for name, values in attributes.items() if name not in own and not values[new].any()]
+        if names := [*names, *(name for name in held(element) if name not in attributes)]:
+            elements = "vertices" if element == "vertex" else "faces"
+            yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(names)}"
