@@ -319,7 +319,6 @@ class Session:
         return described[0] | {"side_files": described[1:]}, staged
 
     def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh, see `measure`; raise `refusal` if it cannot be measured."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:
@@ -339,11 +338,11 @@ class Session:
 def _without_values(mesh: MeshData) -> Iterator[str]:
     """Sentences on the custom attributes that new elements lack."""
     held = getattr(mesh.source and mesh.source.document, "custom", lambda element: {})
-    vertex, face = (mesh.vertex_attributes, VERTEX_ATTRIBUTES - {"radii"}), (mesh.face_attributes, FACE_ATTRIBUTES)
-    for element, ids, (attributes, own) in (("vertex", mesh.vertex_ids, vertex), ("face", mesh.face_ids, face)):
-        if mesh.source is None or ids is None or not (new := ids < 0).any():
-            continue
-        names = [name for name, values in attributes.items() if name not in own and not values[new].any()]
-        if names := [*names, *(name for name in held(element) if name not in attributes)]:
-            elements = "vertices" if element == "vertex" else "faces"
-            yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(names)}"
+    for element, elements in (("vertex", "vertices"), ("face", "faces")):
+        ids, attributes = getattr(mesh, f"{element}_ids"), getattr(mesh, f"{element}_attributes")
+        if mesh.source is not None and ids is not None and (new := ids < 0).any():
+            names = [
+                n for n, values in attributes.items() if n not in VERTEX_ATTRIBUTES | FACE_ATTRIBUTES and not values[new].any()
+            ]
+            if names := [*names, *(name for name in held(element) if name not in attributes)]:
+                yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(names)}"
