@@ -71,7 +71,6 @@ class Recipe:
 
     @cached_property
     def text(self) -> str:
-        """The text of the .mlx file with all default values, see `format_script`."""
         return format_script(self.script)
 
     @property

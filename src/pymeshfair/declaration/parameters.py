@@ -142,7 +142,6 @@ class Parameter:
         return self.automatic is not None and (value == AUTO if isinstance(value, str) else as_float(value) == self.automatic)
 
     def refusal(self, value: Any) -> ParameterError:
-        """The error for a refused value."""
         got = value if isinstance(value, Length) else shortened(repr(value))
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {got}")
 

@@ -165,7 +165,6 @@ class _Reader:
         return replace(part, edges=np.concatenate(edges))
 
     def _values(self, part: Element, semantic: str) -> Floats:
-        """Returns the (n, w) values that the accessor of an input selects."""
         source = self._target(part, "source", "source")
         key = id(source), semantic
         if key in self._sources:

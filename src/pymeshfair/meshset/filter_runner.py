@@ -144,7 +144,6 @@ class ScriptLog:
         write_script(self._script.with_steps(_sized(step, current) for step in self.steps), Path(file), overwrite=True)
 
     def print(self) -> None:
-        """Prints each step with the values of its parameters, as pymeshlab does."""
         print(f"Filter Script Size : {len(self.steps)}\n")
         for number, step in enumerate(self.steps):
             print(f"{number}: {step.filter.python_name}")

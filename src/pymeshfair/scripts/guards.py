@@ -132,7 +132,6 @@ class Guards:
         return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
-        """The limits that are set, as texts for `parse`."""
 
         def text(limit: Any) -> str:
             if isinstance(limit, tuple):

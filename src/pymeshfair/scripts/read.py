@@ -340,7 +340,6 @@ def _former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
 
 
 def _add_param(declared: Filter, param: ParamElement, values: dict[str, Any]) -> list[Complaint]:
-    """Add the value of an element to `values`; return the complaints."""
     name = param.attributes.get("name")
     if name is None:
         return [("<Param> has no name; MeshLab would drop it", None)]

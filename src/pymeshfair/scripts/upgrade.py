@@ -36,7 +36,6 @@ class Upgrade:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The changes that alter the meaning."""
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
