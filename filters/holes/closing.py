@@ -287,7 +287,6 @@ class Patches:
 
 
 def _reach(rim: Floats, new: Floats) -> float:
-    """The distance that `FURTHEST` limits."""
     low, high = rim.min(axis=0), rim.max(axis=0)
     outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
     return float(outside.max(initial=0.0)) / (float(np.linalg.norm(high - low)) or 1.0)

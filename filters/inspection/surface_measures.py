@@ -68,7 +68,6 @@ class Connectivity:
     components: int
 
     def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
-        """Whether a mesh has exactly this connectivity."""
         return n_vertices == self.n_vertices and np.array_equal(faces, self.faces) and np.array_equal(segments, self.segments)
 
 

@@ -20,7 +20,9 @@ from .declaration import Filter, FilterClass
 from .files.errors import ContentsError
 from .files.inputs import Reading
 from .files.ply_write import write_ply
+from .files.polygons import numbered
 from .filters.geometry import unit_vectors
+from .filters.libraries import spatial
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, read_pixels, source_ids
@@ -175,7 +177,6 @@ class Door:
                 getattr(layer, f"add_{element}_custom_scalar_attribute")(_of_old(values, ids), name)
 
     def _measured(self) -> Any:
-        """The current layer, to convert relative lengths."""
         mesh = BASE.current_mesh(self._meshset)
         return MeshData(vertices=mesh.vertex_matrix(), faces=mesh.face_matrix(), edges=mesh.edge_matrix())
 
@@ -192,7 +193,7 @@ class Door:
         if of_faces is None:
             of_faces = np.full(len(faces), -1)
         else:
-            _drop_changed(of_faces, of_vertices, faces, before.faces)
+            _drop_changed(of_faces, of_vertices, faces, before)
         vertex = _carried(before.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
         face = _carried(before.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon", "texture"})
         if (face.get("polygon", np.empty(0)) >= 0).any() and max(map(len, mesh.polygonal_face_list())) == 3:
@@ -208,7 +209,8 @@ class Door:
         wedges = wedges_of(mesh)
         coordinates = before.vertex_attributes.get("texture_coordinates")
         if mesh.has_vertex_tex_coord() and (self._with_uv or coordinates is not None or wedges is None):
-            vertex["texture_coordinates"] = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
+            uv = _as_sent(mesh.vertex_tex_coord_matrix(), coordinates, of_vertices)
+            vertex["texture_coordinates"] = _continued(uv, coordinates, of_vertices, vertices)
         textures = before.textures
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh)
@@ -325,9 +327,8 @@ def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.in
 
 def _first_equal(rows: NDArray[Any], among: NDArray[Any]) -> NDArray[np.int64]:
     """(n,) the first row of `among` that equals each of the (n, 3) rows, -1 if none does."""
-    both = np.concatenate([among, rows]) + 0.0  # -0.0 equals 0.0
-    _, first, place = np.unique(both.view(np.dtype((np.void, 24))).ravel(), return_index=True, return_inverse=True)
-    found = first[place[len(among) :]]
+    firsts, groups = numbered(np.concatenate([among, rows]))
+    found = firsts[groups[len(among) :]]
     return np.where(found < len(among), found, -1)
 
 
@@ -340,11 +341,22 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
     return values if values.shape == (count,) else None
 
 
-def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: Any) -> None:
-    """Sets the number of a face to -1 if its corners differ from those of the original face."""
+def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: MeshData) -> None:
+    """Sets the number of a face to -1 if its corners were at other places than those of the original face."""
     old = np.flatnonzero(of_faces >= 0)
-    corners, originals = np.sort(of_vertices[faces[old]], axis=1), np.sort(before[of_faces[old]], axis=1)
+    place_of = np.append(numbered(before.vertices)[1], -1)  # the last one is that of new vertices
+    corners, originals = np.sort(place_of[[of_vertices[faces[old]], before.faces[of_faces[old]]]], axis=2)
     of_faces[old[(corners != originals).any(axis=1)]] = -1
+
+
+def _continued(values: NDArray[Any], sent: Any, ids: NDArray[np.int64], points: Any) -> NDArray[Any]:
+    """Returns the values, at new points those of the nearest old point: MeshLab leaves them undefined if it changes no others."""
+    new = ids < 0
+    is_changed = sent is None or not np.array_equal(values[~new], sent[ids[~new]], equal_nan=True)
+    if new.any() and not is_changed and np.isfinite(points).all():
+        scaled = np.ldexp(points, -np.frexp(np.abs(points).max())[1])  # squares of distances must neither overflow nor vanish
+        values[new] = values[~new][spatial.cKDTree(scaled[~new]).query(scaled[new])[1]]
+    return values
 
 
 def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray[Any]:

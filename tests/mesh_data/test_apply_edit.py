@@ -144,6 +144,17 @@ def test_normals_follow_the_coordinates() -> None:
     np.testing.assert_array_equal(cloud.vertex_normals, wrong)
 
 
+def test_vertices_of_no_face_keep_their_normals() -> None:
+    """Moved or added elements change the normals of faces and of their corners alone, as in MeshLab."""
+    vertices, faces = icosphere(1)
+    normals = np.tile([[1.0, 0.0, 0.0]], (len(vertices) + 1, 1))
+    mesh = MeshData(vertices=np.append(vertices, [[9.0, 9, 9]], axis=0), faces=faces[1:], vertex_attributes={"normals": normals})
+    for after in (moved(mesh, mesh.vertices * 2.0), apply_edit(mesh, Edit(added_faces=faces[:1]))):
+        assert after.vertex_normals[-1].tolist() == [1.0, 0.0, 0.0]
+        computed = MeshData(vertices=after.vertices, faces=after.faces).vertex_normals
+        np.testing.assert_array_equal(after.vertex_normals[:-1], computed[:-1])
+
+
 def test_values_cannot_be_changed_in_place() -> None:
     """Arrays of a mesh are read-only, attributes too."""
     mesh = sphere()

@@ -406,6 +406,31 @@ def test_elements_that_meshlab_copies_stay_the_same(tmp_path: Path, blades: int)
     np.testing.assert_array_equal(mesh.vertex_attributes["heat"][mesh.faces], heat[faces])
 
 
+def test_faces_keep_their_attributes_when_doubled_corners_become_one(tmp_path: Path) -> None:
+    """Two triangles with corners of their own at one edge are the same faces after the corners are merged."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    document = Document(tmp_path)
+    faces, label = np.array([[0, 1, 2], [4, 3, 5]], np.int32), np.array([5.0, 6.0])
+    document.add(MeshData(vertices=points, faces=faces, face_attributes={"label": label}))
+    document.apply(step("meshing_remove_duplicate_vertices"))
+    assert len(document.current.vertices) == 4
+    assert document.current.face_attributes["label"].tolist() == label.tolist()
+
+
+def test_new_vertices_have_texture_coordinates_of_the_nearest_old_one(tmp_path: Path) -> None:
+    """MeshLab leaves those of the vertices that it adds undefined, other in each run."""
+    vertices, faces = icosphere(2)
+    uv = np.random.default_rng(0).random((len(vertices), 2)).astype(np.float32)
+    document = Document(tmp_path)
+    document.add(MeshData(vertices=vertices, faces=faces, vertex_attributes={"texture_coordinates": uv}))
+    document.apply(step("meshing_surface_subdivision_midpoint", iterations=1, threshold="0"))
+    after = document.current
+    distances = np.linalg.norm(after.vertices[:, None] - vertices, axis=2)
+    shown = (after.vertex_attributes["texture_coordinates"][:, None] == uv).all(axis=2)
+    assert len(after.vertices) > len(vertices)
+    np.testing.assert_allclose(np.where(shown, distances, np.inf).min(axis=1), distances.min(axis=1), rtol=1e-12, atol=0)
+
+
 def test_selections_pass_the_door(tmp_path: Path) -> None:
     """What one of our filters selects, a filter of MeshLab's deletes, and the other way round."""
     scene = scene_for(find_filter("apply_coord_taubin_fairing"))

@@ -30,6 +30,7 @@ from pymeshfair.running.document import Document
 from pymeshfair.running.job import Job
 from pymeshfair.running.session import RunCache, Session
 from pymeshfair.scripts.script import Script, Step
+from tests.meshes import icosphere
 
 from .runs import (
     BONE,
@@ -131,6 +132,23 @@ def test_a_ply_file_keeps_everything(tmp_path: Path, everything: Path) -> None:
         assert after.keys() == before.keys()
         same = {name for name in before if np.array_equal(after[name], before[name])}
         assert {name for element, name in before.keys() - same} == {"x", "y", "z", "nx", "ny", "nz"}
+
+
+def test_custom_attributes_that_new_elements_lack_are_named(tmp_path: Path) -> None:
+    """A filter of MeshLab that divides faces, and one of ours that closes a hole, leave 0 at new vertices and faces."""
+    vertices, faces = icosphere(1)
+    path = tmp_path / "scan.ply"
+    vertex = [*xyz(vertices), ("double", "height", (vertices[:, 2] + 2.0).tolist())]
+    path.write_bytes(ply_bytes(vertex, faces[1:].tolist(), [("int", "label", list(range(1, len(faces))))]))
+    divided = session_report(
+        path, tmp_path / "a.ply", ("meshing_surface_subdivision_midpoint", {"iterations": 1, "threshold": "0"})
+    )
+    assert divided["warnings"] == [
+        "120 of 162 vertices are new, and have 0 as height",
+        "316 of 316 faces are new, and have 0 as label",
+    ]
+    closed = session_report(path, tmp_path / "b.ply", ("meshing_close_holes_by_fairing", {"refine": False}))
+    assert closed["warnings"] == ["1 of 80 faces are new, and have 0 as label"]
 
 
 def test_normals_that_no_step_changes_keep_their_length(tmp_path: Path) -> None:

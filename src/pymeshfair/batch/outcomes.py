@@ -265,7 +265,6 @@ class Summary:
 
     @cached_property
     def rows(self) -> list[Row]:
-        """The outcomes in the order of the batch, with names and outliers."""
         names = labels([Path(o.input) for o in self.outcomes], [Path(o.output) for o in self.outcomes])
         return list(zip(self.outcomes, names, outliers(self.outcomes), strict=True))
 
@@ -304,7 +303,6 @@ class Summary:
         return dict(plain(described))
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Writes the JSON document and the CSV table; replaces the files of a former batch."""
         table = io.StringIO()
         rows = [{"name": name, **as_row(outcome, far)} for outcome, name, far in self.rows]
         writer = csv.DictWriter(table, rows[0] if rows else ["name"], lineterminator="\n")

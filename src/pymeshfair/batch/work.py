@@ -59,7 +59,6 @@ class Station:
         return self.pool.call(self.do, kind, scan)
 
     def end(self) -> None:
-        """Ends the running tasks, and starts no more."""
         self.pool.close()
 
     def check(self) -> str | None:
@@ -279,7 +278,6 @@ class Task:
     written: tuple[Path, ...] = field(default=(), init=False)  # the files about the whole batch
 
     def look_ahead(self) -> Prospect:
-        """Previews the batch; writes nothing."""
         if self.folder.is_dir():
             self._check_own_files()
         return self._prospect(self._done(read_journal(self.folder / NAME)))

@@ -40,7 +40,6 @@ class Failure(NamedTuple):
         return cls(kind, message, 1)
 
     def show(self, *, json: bool) -> None:
-        """Print the message on stderr and, with `json`, the document on stdout."""
         complain(self.message, color=False if os.environ.get("NO_COLOR") else None)
         if json:
             print_document({"error": {**self.details, "kind": self.kind, "message": self.message}})

@@ -211,7 +211,6 @@ class Filter:
 
     @property
     def is_builtin(self) -> bool:
-        """Whether MeshLab implements the filter."""
         return self.function is None
 
     @property

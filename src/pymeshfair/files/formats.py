@@ -39,7 +39,6 @@ class Format:
 
     @property
     def extension(self) -> str:
-        """The extension that names the format."""
         return self.extensions[0]
 
     def lost(self, present: set[str]) -> list[str]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer, NewLayer
 from ..errors import MeshError
+from ..filters.geometry import vertex_normals_by_angle
 from ..filters.libraries import spatial
 from ..filters.mesh import mask_of
 from ..filters.topology import connected_components
@@ -120,8 +121,19 @@ def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
 
 def moved(mesh: MeshData, vertices: Floats) -> MeshData:
     """Returns the mesh with other coordinates. If it has faces and a vertex moves, normals are computed anew when needed."""
-    turns = len(mesh.faces) and not np.array_equal(mesh.vertices, vertices)
-    return replace(mesh.with_attributes({"normals": None}, {"normals": None}) if turns else mesh, vertices=vertices)
+    if len(mesh.faces) and not np.array_equal(mesh.vertices, vertices):
+        mesh = mesh.with_attributes({"normals": _loose_normals(mesh, vertices, mesh.faces)}, {"normals": None})
+    return replace(mesh, vertices=vertices)
+
+
+def _loose_normals(mesh: MeshData, vertices: Floats, faces: Ints) -> Floats | None:
+    """Returns the new normals if old vertices of no face have any, which they keep; None if all are computed anew."""
+    normals, loose = mesh.vertex_attributes.get("normals"), ~mask_of(faces, len(vertices))[: len(mesh.vertices)]
+    if normals is None or not normals[loose].any():
+        return None
+    computed = vertex_normals_by_angle(vertices, faces)
+    computed[: len(loose)][loose] = normals[loose]
+    return computed
 
 
 def as_layer(layer: NewLayer) -> MeshData:
@@ -184,6 +196,8 @@ def with_additions(mesh: MeshData, edit: Edit) -> MeshData:
             vertex[name] = np.concatenate([values, values[of_vertices]])
         elif name != "normals":
             vertex[name] = _extended(values, len(added_vertices))
+    if (normals := _loose_normals(mesh, points, np.concatenate([mesh.faces, added_faces]))) is not None:
+        vertex["normals"] = normals
     face: dict[str, NDArray[Any]] = {}
     for name, values in mesh.face_attributes.items():
         if name == "colors":

@@ -309,7 +309,6 @@ class Pool(AbstractContextManager["Pool"]):
         return self.call(self._do, Order.of(task, *arguments, memory_limit=memory_limit))
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Calls a function in a thread of this process; the function may use `lend`."""
         return self._callers.submit(function, *arguments)
 
     def _do(self, order: Order) -> Answer:

@@ -127,7 +127,6 @@ class Scene:
 
     @property
     def text(self) -> str:
-        """The body in base64, for a page that contains it."""
         return base64.b64encode(self.body).decode("ascii")
 
     @property
@@ -177,7 +176,6 @@ def least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
 
 
 def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limits], parts: list[bytes]) -> dict[str, Any]:
-    """Add the arrays of a mesh to `parts`; return their description."""
     places = np.rint(((mesh.vertices - centre) / half * 0.5 + 0.5) * _PLACES).clip(0, _PLACES).astype(np.uint16)
     arrays: list[tuple[str, NDArray[Any]]] = [
         ("positions", places),

@@ -41,7 +41,6 @@ class MeasuredMesh:
 
     @property
     def described(self) -> dict[str, Any] | None:
-        """The measures by name, as values of JSON; None without measures."""
         return None if self.measures is None else plain(asdict(self.measures))
 
 

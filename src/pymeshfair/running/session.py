@@ -23,6 +23,7 @@ from ..files.provenance import described_file, read_provenance
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..processes.worker import is_lack_of_memory
 from ..scripts.script import Step
@@ -243,6 +244,7 @@ class Session:
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
+        self._warn(*_without_values(outcome.result))
         after = self._measure(outcome.result, self._failed("the result has coordinates that are not finite"), before)
         origins, change = find_origins(after.mesh, before.mesh), None
         if before.measures is not None and after.measures is not None:
@@ -319,7 +321,6 @@ class Session:
         return described[0] | {"side_files": described[1:]}, staged
 
     def _measure(self, mesh: MeshData, refusal: Exception, former: MeasuredMesh | None = None) -> MeasuredMesh:
-        """Measure a mesh, see `measure`; raise `refusal` if it cannot be measured."""
         try:
             return measure(mesh, wanted=self._job.measures, former=former)
         except FilterInputError as error:
@@ -334,3 +335,16 @@ class Session:
         for text in texts:
             self.warnings.append(text)
             self._event(Message(text, "warning"))
+
+
+def _without_values(mesh: MeshData) -> Iterator[str]:
+    """Sentences on the custom attributes that new elements lack."""
+    held = getattr(mesh.source and mesh.source.document, "custom", lambda element: {})
+    for element, elements in (("vertex", "vertices"), ("face", "faces")):
+        ids, attributes = getattr(mesh, f"{element}_ids"), getattr(mesh, f"{element}_attributes")
+        if mesh.source is not None and ids is not None and (new := ids < 0).any():
+            names = [
+                n for n, values in attributes.items() if n not in VERTEX_ATTRIBUTES | FACE_ATTRIBUTES and not values[new].any()
+            ]
+            if names := [*names, *(name for name in held(element) if name not in attributes)]:
+                yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(names)}"

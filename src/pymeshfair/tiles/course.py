@@ -244,7 +244,6 @@ def check(job: Job) -> tuple[list[PlannedStep], int, Budget]:
 
 
 def _room(plan: Sequence[PlannedStep], source: Source | E57Cloud) -> int:
-    """Returns the bytes that temporary files and the output take on the disk."""
     if not isinstance(source, MeshFile):
         return cloud_room(len(source), source.row, plan)
     # A face has 20 bytes in each cell that has one of its vertices: 23 bytes on average, and up to 46 while faces are sorted.

@@ -93,7 +93,6 @@ class Bench:
         self._earlier = RunCache()
 
     def opening(self) -> Result:
-        """Returns the measures and the mesh that the page shows before a run."""
         return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._pack(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
@@ -107,7 +106,6 @@ class Bench:
         return {"warnings": warnings, "tried": tried}, self._pack(self._result[1])
 
     def measure(self, stage: Path) -> Result:
-        """Measures the last result; returns also its mesh with distances as colours."""
         assert self._result is not None
         mesh, shown = self._result
         report_event = _stoppable(stage)

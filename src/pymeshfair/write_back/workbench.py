@@ -121,7 +121,6 @@ class Workbench:
         raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {layers}{gaps})")
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
-        """Applies a filter of MeshLab to the current layer; returns its report."""
         with MESHLAB:
             BASE.set_verbosity(self.meshset, False)
             BASE.set_parameter_verbosity(self.meshset, False)
