@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_positive
 from ..libraries import spatial
-from ..mesh import Bools, Floats, check_mesh, check_points
+from ..mesh import Bools, Floats, bounding_box, check_mesh, check_points, unit_scale
 from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
@@ -46,9 +46,11 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
     cloud, _ = check_mesh(points, ())
     if at_points is None:
         at_points = cloud_spacings(cloud)
-    middle = cloud.mean(axis=0)
-    nearest, numbers = spatial.cKDTree(cloud - middle).query(queries - middle)
-    return np.asarray(nearest / at_points[numbers])
+    # Scaled by a power of two, which changes no digit, so that squared distances neither overflow nor vanish.
+    scale = unit_scale(*bounding_box(np.concatenate([cloud, queries])))
+    middle = (cloud * scale).mean(axis=0)
+    nearest, numbers = spatial.cKDTree(cloud * scale - middle).query(queries * scale - middle)
+    return np.asarray(nearest / (at_points[numbers] * scale))
 
 
 def cloud_spacings(points: Floats) -> Floats:
