@@ -280,12 +280,10 @@ def _cheapest(
             length = 0.0
             for k in range(3):
                 length += (first[i, k] - second[j, k]) ** 2
-            if i > 0 and (j == 0 or costs[j] <= costs[j - 1]):
-                from_first[i, j] = True
-                costs[j] += length
-            else:
-                from_first[i, j] = False
-                costs[j] = length + costs[j - 1] if j > 0 else length
+            from_first[i, j] = i > 0 and (j == 0 or costs[j] <= costs[j - 1])
+            if not from_first[i, j]:
+                costs[j] = costs[j - 1] if j > 0 else 0.0
+            costs[j] += length
             n, m = first.shape[0], second.shape[0]
             if (in_column[i] and j == (m - 1 if 2 * i < n else 0)) or (in_row[j] and i == (n - 1 if 2 * j < m else 0)):
                 costs[j] = np.inf
