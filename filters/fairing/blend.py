@@ -252,17 +252,16 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     rows = max(1, _SPANS_AT_A_TIME // len(other))
     # The last row and column repeat the first. A path that takes an edge twice would give it four triangles; then another search
     # bars one of the two places. The corners barred from the start repeat the edge at (0, 0), where each path begins.
-    barred = tuple(np.arange(len(loop)) == 0 for loop in (closed, other))
+    in_column, in_row = (np.arange(len(loop)) == 0 for loop in (closed, other))
     repeated: list[Longs] = []
     while not repeated or any(map(len, repeated)):
         for start in range(0, len(closed), rows):
             progress(start / len(closed))
-            _cheapest(closed, other, start, min(start + rows, len(closed)), *barred, costs, from_first)
+            _cheapest(closed, other, start, min(start + rows, len(closed)), in_column, in_row, costs, from_first)
         path = _way_back(from_first)
         ends = len(closed) - 1, len(other) - 1
-        repeated = [np.intersect1d(*(path[path[:, k - 1] == e, k] for e in (0, ends[k - 1]))) for k in (0, 1)]
-        for bars, edges in zip(barred, repeated, strict=True):
-            bars[edges] = True
+        repeated = [np.intersect1d(path[path[:, k - 1] == 0, k], path[path[:, k - 1] == ends[k - 1], k]) for k in (0, 1)]
+        in_column[repeated[0]], in_row[repeated[1]] = True, True
     return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
 
 
