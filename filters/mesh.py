@@ -50,6 +50,7 @@ _RUN = 64  # see `order_of_faces`
 #: The largest displacement of a vertex by a filter, in diagonals of the mesh. A vertex that moves farther is a spike, the result
 #: of ill-conditioned equations.
 FURTHEST = 2.0
+_IRREGULAR = "the mesh is too irregular there, or a step too long: improve the mesh first, or smooth less"
 # Points are near in memory if their numbers differ by at most this; all points near one point fill a third of a 1 MB cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
@@ -380,24 +381,23 @@ def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
     high[0], high[1], high[2] = x1, y1, z1
 
 
-def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, cause: str = _IRREGULAR) -> None:
     """Raises `FilterInputError` if a vertex has moved by more than `FURTHEST` diagonals, which makes a spike, or is not finite.
 
-    With a `diagonal` of 0 nothing is checked. The message names the vertex by its number, if given, and ends with the `advice`.
+    With a `diagonal` of 0 nothing is checked. The message names the vertex by its number, if given, and ends with the `cause`.
     """
     squares = np.square(after - before).sum(axis=1)
     k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
-    refuse_spike(k, math.sqrt(squares[k]) if len(squares) else 0.0, diagonal, numbers, advice)
+    refuse_spike(k, math.sqrt(squares[k]) if len(squares) else 0.0, diagonal, numbers, cause)
 
 
-def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = None, cause: str = _IRREGULAR) -> None:
     """Raises the error of `check_healthy` if `length`, the displacement of vertex k, is too large."""
     if diagonal == 0.0 or length <= FURTHEST * diagonal:
         return
     raise FilterInputError(
         f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the mesh "
-        f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
-        f"{advice or 'improve them first, or smooth less'}"
+        f"({FURTHEST:g} are the most), as {cause}"
     )
 
 

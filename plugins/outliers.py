@@ -10,9 +10,9 @@ from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, L
 from pymeshfair.filters import outliers
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.geometry import cross_products, vector_lengths
+from pymeshfair.filters.geometry import face_areas
 from pymeshfair.filters.inspection import Surface
-from pymeshfair.filters.mesh import Bools, Floats, Ints
+from pymeshfair.filters.mesh import Bools, Floats, Ints, scaled_to_unit
 
 #: `mesh_filter` with the defaults for a filter that selects points of a cloud
 point_selection = partial(
@@ -135,7 +135,7 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     selected = away > spacings
     notes: tuple[str, ...] = ()
     if len(layer.faces):
-        areas, furthest = vector_lengths(cross_products(layer.vertices, layer.faces)), away[layer.faces].max(axis=1)
+        areas, furthest = face_areas(scaled_to_unit(layer.vertices)[0], layer.faces), away[layer.faces].max(axis=1)
         far, half = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
         notes = (
             f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; another "

@@ -189,7 +189,7 @@ def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> f
         return automatic
     scaled = check_positive(name, sigma, note="; None takes it from the mesh") * scale
     if not 1.0 / _EXTREME < scaled < _EXTREME:
-        raise FilterInputError(f"{name} {sigma} is far too small or too large for the mesh; None takes it from the mesh")
+        raise FilterInputError(f"{name} {sigma} is far too small or too large for the mesh; without it the mesh gives the value")
     return scaled
 
 

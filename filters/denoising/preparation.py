@@ -14,7 +14,7 @@ from ..checks import check_choice, check_whole_number
 from ..diffusion.explicit import taubin_fairing
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..inspection import folded_faces, triangle_shapes
-from ..mesh import Bools, Floats, Ints, Whole
+from ..mesh import Bools, Floats, Ints, Whole, normalised_mesh
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, face_adjacency, faces_across
 from .impulses import Outliers, without_outliers
 from .noise_level import RINGS_OF_SMOOTH_NORMALS, NoiseEstimate, smooth_normals
@@ -89,11 +89,13 @@ def denoised(
     if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
         movable = inside if movable is None else movable & inside
-    levels = rounding_of(vertices, faces) if rounding == "undo" else None
-    start = vertices if levels is None else levels.undone(vertices, faces, movable)
-    result = unfolded(vertices, without_outliers(start, faces, outliers, smooth, movable=movable, certain=certain), faces)
+    scale = normalised_mesh(vertices, faces).scale  # a power of two
+    points = vertices * scale
+    levels = rounding_of(points, faces) if rounding == "undo" else None
+    start = points if levels is None else levels.undone(points, faces, movable)
+    result = unfolded(points, without_outliers(start, faces, outliers, smooth, movable=movable, certain=certain), faces)
     progress(1.0)  # also if no step had to be done
-    return result
+    return np.where(result == points, vertices, result / scale)
 
 
 def direction_for(noise: NoiseEstimate) -> RelaxationDirection:

@@ -234,6 +234,11 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
         raise FilterInputError(
             f"mu is {mu}: it must be below -step, {-step}, as the step back is the longer one, for example {-1.06 * step:g}"
         )
+    if 1.0 / step + 1.0 / mu > 2.0 + 1e-9:  # the pass band reaches beyond all frequencies
+        nearer = mu_of_pass_band(0.1, step)
+        raise FilterInputError(
+            f"step {step:g} with mu {mu:g} makes all details grow: take a mu nearer to -step, for example {nearer:.4g}"
+        )
     largest = largest_stable_step(mu / step, largest_eigenvalue)
     if step > largest:
         raise UnstableStepError(

@@ -12,7 +12,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import area_vector, side_lengths
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
@@ -250,30 +250,41 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
     rows = max(1, _SPANS_AT_A_TIME // len(other))
-    for start in range(0, len(closed), rows):
-        progress(start / len(closed))
-        _cheapest(closed, other, start, min(start + rows, len(closed)), costs, from_first)
-    path = _way_back(from_first)
+    # The last row and column repeat the first. A path that takes an edge twice would give it four triangles; then another search
+    # bars one of the two places. The corners barred from the start repeat the edge at (0, 0), where each path begins.
+    in_column, in_row = (np.arange(len(loop)) == 0 for loop in (closed, other))
+    repeated: list[Longs] = []
+    while not repeated or any(map(len, repeated)):
+        for start in range(0, len(closed), rows):
+            progress(start / len(closed))
+            _cheapest(closed, other, start, min(start + rows, len(closed)), in_column, in_row, costs, from_first)
+        path = _way_back(from_first)
+        ends = len(closed) - 1, len(other) - 1
+        repeated = [np.intersect1d(path[path[:, k - 1] == 0, k], path[path[:, k - 1] == ends[k - 1], k]) for k in (0, 1)]
+        in_column[repeated[0]], in_row[repeated[1]] = True, True
     return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
 
 
 @compiled
-def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
-    """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1."""
+def _cheapest(
+    first: Floats, second: Floats, start: int, end: int, in_column: Bools, in_row: Bools, costs: Floats, from_first: Bools
+) -> None:
+    """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1.
+
+    In a row of (a + 1,) `in_column` no path goes through the last column, in the second half of the rows not through the first
+    one. The same holds for the columns of (b + 1,) `in_row`.
+    """
     for i in range(start, end):
         for j in range(second.shape[0]):
             length = 0.0
             for k in range(3):
                 length += (first[i, k] - second[j, k]) ** 2
-            if i > 0 and (j == 0 or costs[j] <= costs[j - 1]):
-                from_first[i, j] = True
-                costs[j] += length
-            else:
-                from_first[i, j] = False
-                costs[j] = length + costs[j - 1] if j > 0 else length
-            # The last row and column repeat the first. So these two corners of the grid are the edge at (0, 0), where each path
-            # begins; a path through one of them would give this edge four triangles.
-            if (i == 0 and j == second.shape[0] - 1) or (i == first.shape[0] - 1 and j == 0):
+            from_first[i, j] = i > 0 and (j == 0 or costs[j] <= costs[j - 1])
+            if not from_first[i, j]:
+                costs[j] = costs[j - 1] if j > 0 else 0.0
+            costs[j] += length
+            n, m = first.shape[0], second.shape[0]
+            if (in_column[i] and j == (m - 1 if 2 * i < n else 0)) or (in_row[j] and i == (n - 1 if 2 * j < m else 0)):
                 costs[j] = np.inf
 
 

@@ -116,7 +116,8 @@ def fair_region(
         operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        check_healthy(before, solution.values, extent, part.vertices[part.free], "improve them first, or take a lower energy")
+        cause = "the triangles there are too irregular: improve them first, or take a lower energy"
+        check_healthy(before, solution.values, extent, part.vertices[part.free], cause)
     progress(1.0)
     moved, freed = points.copy(), part.vertices.take(places)
     moved[freed] = solution.values / mesh.scale + mesh.middle

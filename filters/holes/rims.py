@@ -76,11 +76,7 @@ class Rim(NamedTuple):
 
 
 def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
-    """Returns the boundary loops of a mesh, most edges first; border edges that lie on no loop are left out.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
+    """Returns the boundary loops of a mesh, most edges first; border edges that lie on no loop are left out."""
     mesh = normalised_mesh(*check_mesh(vertices, faces))
     loops = boundary_loops(mesh.points, mesh.cells).loops
     measured = []

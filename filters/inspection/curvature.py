@@ -18,11 +18,7 @@ _SOFTNESS = 0.25
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(n, 3) unit vertex normals: the sum of the face normals weighted by the corner angles; 0 at vertices without a face.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
+    """(n, 3) unit vertex normals: the sum of the face normals weighted by the corner angles; 0 at vertices without a face."""
     mesh = _normalised(vertices, faces)
     return at_vertices(mesh, vertex_normals(mesh.points, mesh.cells))
 
@@ -63,9 +59,6 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     "uniform": H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the mean of the normal curvatures
     along the edges, weighted by the squared lengths of the edges; it equals H if the edges are spread evenly, and is robust to
     slivers. H is 0 on borders, where it is not defined, and at vertices without a face.
-
-    Raises:
-        FilterInputError: not a mesh, or an unknown operator.
     """
     check_choice("operator", operator, CurvatureOperator)
     mesh = _normalised(vertices, faces)
@@ -91,9 +84,6 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
     "per_area": the deficit over the mixed Voronoi area, in 1 / squared mesh unit: 1 / r^2 on a sphere of radius r, 0 on
     developable surfaces, negative on saddles; 0 on borders. It converges on meshes that are regular near the vertex; noise and
     irregular triangles disturb it more than they disturb the mean curvature.
-
-    Raises:
-        FilterInputError: not a mesh, or an unknown measure.
     """
     check_choice("measure", measure, GaussianMeasure)
     mesh = _normalised(vertices, faces)

@@ -32,9 +32,6 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike) -> SharpEdges:
     """Returns the edges with exactly two faces whose normals differ by at least `SHARP` degrees.
 
     Noise of half an edge length makes about half of all edges sharp, so on a noisy scan the result only measures the noise.
-
-    Raises:
-        FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
@@ -83,9 +80,6 @@ def side_changes(before: ArrayLike, after: ArrayLike, faces: ArrayLike) -> Float
         (3,) the changes along x, y and z; nan where the side was 0. -0.02 means 2 % shorter. If a filter removes independent
         noise of 0.5 mean edges, the error is below 0.01 on shapes 27 edges thick, where the boxes themselves differ by 0.1.
         Vertices without a face do not count.
-
-    Raises:
-        FilterInputError: not a mesh.
     """
     first, triangles = check_mesh(before, faces)
     second, _ = check_mesh(after, faces)
@@ -102,9 +96,6 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
     """(m,) l / (sqrt(3) R) of every face, l its shortest edge and R its circumradius: 1 if equilateral, near 0 for slivers.
 
     A face without area has 0.
-
-    Raises:
-        FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)
@@ -115,9 +106,6 @@ def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """(m,) which faces look away from the area-weighted mean normal of the faces at their vertices.
 
     If the faces are not coherently oriented, the faces with the minority orientation count as folded.
-
-    Raises:
-        FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_positive
 from ..libraries import spatial
-from ..mesh import Bools, Floats, check_mesh, check_points
+from ..mesh import Bools, Floats, bounding_box, check_mesh, check_points, unit_scale
 from ..neighbours import nearest_neighbours
 
 #: The spacing at a point is the mean distance to this many neighbours.
@@ -27,12 +27,9 @@ _LARGEST = 2.0**53
 
 
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
-    """Returns (n,) the distance of each vertex from the nearest point, in spacings of the cloud.
+    """Returns (n,) the distance of each vertex from the nearest point, in units of `cloud_spacings` at this point.
 
-    The spacing at a point is the mean distance to its six nearest neighbours; the spacing of the cloud is the median over its
-    points. In sparse regions, such as far ground in a terrestrial scan, the unit is larger: two thirds of the median spacing at
-    the twenty points around the nearest point. Screened Poisson closes a surface also where the cloud has no points. After
-    removal of vertices with large gaps, the surface ends where the cloud ends.
+    Screened Poisson closes a surface also where the cloud has no points. Without vertices of large gaps it ends with the cloud.
 
     Args:
         vertices: (n, 3) finite coordinates.
@@ -46,13 +43,15 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
     cloud, _ = check_mesh(points, ())
     if at_points is None:
         at_points = cloud_spacings(cloud)
-    middle = cloud.mean(axis=0)
-    nearest, numbers = spatial.cKDTree(cloud - middle).query(queries - middle)
-    return np.asarray(nearest / at_points[numbers])
+    # Scaled by a power of two, which changes no digit, so that squared distances neither overflow nor vanish.
+    scale = unit_scale(*bounding_box(np.concatenate([cloud, queries])))
+    middle = (cloud * scale).mean(axis=0)
+    nearest, numbers = spatial.cKDTree(cloud * scale - middle).query(queries * scale - middle)
+    return np.asarray(nearest / (at_points[numbers] * scale))
 
 
 def cloud_spacings(points: Floats) -> Floats:
-    """Returns (p,) the spacing around each of (p, 3) points, which is the unit of `gaps`.
+    """Returns (p,) for each of (p, 3) points the median spacing of the cloud or, if larger, 2/3 of the median spacing nearby.
 
     Raises:
         FilterInputError: too few points, or half of them coincide with six others each.

@@ -71,6 +71,17 @@ def test_one_row_has_no_new_vertices_and_the_shortest_spans() -> None:
     np.testing.assert_allclose(np.sort(lengths, axis=1), np.tile([1.0, 1.0, math.sqrt(2)], (8, 1)), atol=1e-15)
 
 
+def test_no_span_is_taken_twice() -> None:
+    """Between any two loops each span occurs once, also if one vertex is the nearest to a whole loop."""
+    rng = np.random.default_rng(1)
+    for _ in range(400):
+        first, second = rng.normal(size=(2, 12, 3))
+        spans = np.column_stack(blend.shortest_spans(first[: rng.integers(3, 13)], second[: rng.integers(3, 13)], lambda _: None))
+        assert len(np.unique(spans, axis=0)) == len(spans)
+        steps = spans != np.roll(spans, 1, axis=0)
+        assert (steps.sum(axis=1) == 1).all()
+
+
 def test_rows_divide_the_spans_evenly() -> None:
     """Rows as high as equilateral triangles divide the way between rims at heights 3 and 4.5, on the cylinder's chords."""
     mesh = two_tubes()

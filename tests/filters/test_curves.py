@@ -411,3 +411,9 @@ def test_taubin_steps_that_make_detail_grow_are_refused() -> None:
     """A step back that amplifies the alternation of neighbours is an error that names the largest stable step."""
     with pytest.raises(UnstableStepError, match="makes the finest detail grow"):
         curve_smoothing(noise(4), ring(4), method="taubin", step=0.9, mu=-1.9)
+
+
+def test_a_spike_of_a_curve_is_not_put_down_to_triangles() -> None:
+    """A pass band of nearly all frequencies makes the waves within it grow; the message names the step."""
+    with pytest.raises(FilterInputError, match=r"diagonals of the mesh .* or a step too long: improve the mesh first, or smooth"):
+        curve_smoothing(noise(60), ring(60), method="taubin", step=0.5, pass_band=1.9, iterations=50)

@@ -54,6 +54,13 @@ def test_unit_and_place_do_not_matter() -> None:
     np.testing.assert_allclose(gaps(1e-3 * queries + 4e3, 1e-3 * square() + 4e3), gaps(queries, square()), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.parametrize("size", [1e-170, 1e-100, 1e100, 1e160])
+def test_a_unit_whose_squares_are_no_numbers_does_not_matter(size: float) -> None:
+    """Squared distances that vanish or overflow change no gap."""
+    queries = np.random.default_rng(0).uniform(-8.0, 20.0, size=(200, 3))
+    np.testing.assert_allclose(gaps(size * queries, size * square()), gaps(queries, square()), rtol=1e-12)
+
+
 def test_too_few_points_are_refused() -> None:
     """Six neighbours need seven points."""
     with pytest.raises(FilterInputError):

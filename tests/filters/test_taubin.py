@@ -21,6 +21,7 @@ from pymeshfair.filters.diffusion.explicit import (
     taubin_fairing,
     transfer_function,
 )
+from pymeshfair.filters.geometry import roughness
 from pymeshfair.filters.operators import build_laplacian, uniform_laplacian
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 from tests.meshes import AWKWARD, diagonal, grid, icosphere, noisy, sample, tetrahedron, torus, tube, volume
@@ -134,6 +135,17 @@ def test_a_pair_that_makes_the_finest_detail_grow_is_an_error() -> None:
         step = named[name] * (1 - 1e-9)
         found = taubin_fairing(*mesh, step=step, mu=-1.06 * step, iterations=300)
         assert diagonal(found) < 1.5 * diagonal(mesh[0])
+
+
+@pytest.mark.parametrize("step", [0.05, 0.25])
+def test_a_pass_band_beyond_all_frequencies_is_an_error(step: float) -> None:
+    """With a short step and the default mu no detail is damped and all grow: the message gives a mu that damps them."""
+    mesh = noisy(icosphere(2), 0.05)
+    assert transfer_function(2.0, step=step, mu=-0.53, iterations=1) > 1.0
+    with pytest.raises(FilterInputError, match="makes all details grow: take a mu nearer to -step, for example") as caught:
+        taubin_fairing(*mesh, step=step)
+    smooth = taubin_fairing(*mesh, step=step, mu=float(str(caught.value).split()[-1]), iterations=1000)
+    assert roughness(smooth, mesh[1]) < 1.1 * roughness(*icosphere(2)) < 0.7 * roughness(*mesh)
 
 
 @pytest.mark.parametrize("operator", get_args(TaubinOperator))

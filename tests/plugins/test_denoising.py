@@ -226,11 +226,13 @@ def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> 
     assert np.abs(slid).max() < 1e-12
 
 
-def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: Mesh) -> None:
-    """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit."""
+@pytest.mark.parametrize("size", [1.0, 2.0**530, 2.0**-530])
+def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: Mesh, size: float) -> None:
+    """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit, in any unit."""
     vertices, faces = rough[0].copy(), rough[1]
     vertices[40::60] *= 1.3
-    moved, _ = filtered((vertices, faces), **{**DEFAULTS, "outliers": "replace", "outer_iterations": 0})
+    moved, _ = filtered((vertices * size, faces), **{**DEFAULTS, "outliers": "replace", "outer_iterations": 0})
+    moved /= size
     expected, outlying = replace_outlying(vertices, faces)
     assert outlying[40::60].any()
     np.testing.assert_array_equal(moved, expected)

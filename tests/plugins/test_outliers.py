@@ -140,14 +140,15 @@ def test_the_points_of_each_kind_are_counted_in_words(cloud: NDArray[np.float64]
     ]
 
 
-def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> None:
-    """Of a strip of 12 by 1 cells over a cloud of its first 8 columns a third is far; the message says so."""
+@pytest.mark.parametrize("size", [1.0, 1e-160, 1e160])
+def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path, size: float) -> None:
+    """Of a strip of 12 by 1 cells over a cloud of its first 8 columns a third is far; the message says so in any unit."""
     x, y = (a.ravel().astype(float) for a in np.meshgrid(np.arange(8), np.arange(-3, 5), indexing="ij"))
     vertices, faces = grid(1, 12)
     said: list[str] = []
     document = Document(tmp_path, on_note=said.append)
-    document.add(MeshData(vertices=np.column_stack([x, y, np.zeros(64)])))
-    document.add(MeshData(vertices=vertices, faces=faces))
+    document.add(MeshData(vertices=size * np.column_stack([x, y, np.zeros(64)])))
+    document.add(MeshData(vertices=size * vertices, faces=faces))
     document.apply(Step(find_filter("compute_selection_by_distance_from_cloud_per_vertex")).with_values({"spacings": 1.5}))
     assert said == [
         "33.33% of the area is farther than 1.5 spacings from every point, and selected; "
