@@ -204,6 +204,7 @@ class NormalisedMesh:
 
     @cached_property
     def points(self) -> Floats:
+        """(k, 3) the points."""
         return self.new_points()
 
     def new_points(self) -> Floats:

@@ -63,6 +63,7 @@ def doctor(
 
 
 def _compile_others() -> list[str]:
+    """Compile the kernels of other packages by running their filters; return the errors."""
     from ..meshset import MeshSet
     from ..registry import custom_filters
 

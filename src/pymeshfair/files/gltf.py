@@ -61,6 +61,7 @@ def read_gltf(path: Path, references: References) -> Reading:
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
+    """Returns the document, and the embedded buffer of a binary file."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
@@ -188,6 +189,7 @@ class _Reader:
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
+        """Returns the (f, 3) triangles and the (e, 2) edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])

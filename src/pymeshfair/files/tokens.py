@@ -161,6 +161,7 @@ class Tokens:
 
     @property
     def lengths(self) -> Longs:
+        """(l,) the number of tokens of each line."""
         return np.diff(self.first)
 
     def spans(self, lines: Longs, columns: list[int]) -> Longs:

@@ -195,6 +195,7 @@ class Compared:
 
     @property
     def tolerance(self) -> float:
+        """Returns the tolerance in mesh units; 0 without one."""
         return self.comparison.tolerance.mesh_units if self.comparison.tolerance else 0.0
 
 

@@ -165,10 +165,12 @@ class MeshData:
 
     @property
     def vertex_selection(self) -> Bools:
+        """(n,) the selected vertices."""
         return self.vertex_attributes.get("selection", _frozen(np.zeros(len(self.vertices), np.bool_)))
 
     @property
     def face_selection(self) -> Bools:
+        """(m,) the selected faces."""
         return self.face_attributes.get("selection", _frozen(np.zeros(len(self.faces), np.bool_)))
 
     @property
@@ -178,6 +180,7 @@ class MeshData:
 
     @property
     def face_scalars(self) -> Floats:
+        """(m,) the scalars of the faces."""
         return self._face_attribute("scalars")
 
     @property
@@ -188,6 +191,7 @@ class MeshData:
 
     @property
     def face_colors(self) -> Floats:
+        """(m, 4) from 0 to 1."""
         return _frozen(self._face_attribute("colors") / 255.0)
 
     has_vertex_scalars = property(lambda self: "scalars" in self.vertex_attributes)
@@ -203,6 +207,7 @@ class MeshData:
 
     @cached_property
     def diagonal(self) -> float:
+        """The diagonal of the bounding box."""
         if not len(self.vertices):
             return 0.0
         extent = self.vertices.max(axis=0) - self.vertices.min(axis=0)

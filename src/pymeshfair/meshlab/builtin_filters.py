@@ -69,6 +69,7 @@ class BuiltinFilters:
         return self.ask(declared.python_name, **self._for_meshlab(declared, values))
 
     def on_mesh(self, declared: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the values of `effective`, with lengths in mesh units."""
         effective = self.effective(declared, values)
         lengths = {name: value for name, value in effective.items() if isinstance(value, Length)}
         resolved = self.values(declared, lengths) if lengths else {}

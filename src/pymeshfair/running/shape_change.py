@@ -78,6 +78,7 @@ class Origins:
 
     @cached_property
     def removed(self) -> tuple[Bools, Bools]:
+        """(n,) and (m,) which vertices and faces of the input are not in the result."""
         kept_vertices = mask_of(self.vertices[self.vertices >= 0], len(self.before.vertices))
         return ~kept_vertices, ~mask_of(self.faces[self.faces >= 0], len(self.before.faces))
 

@@ -124,6 +124,7 @@ class Results:
 
     @property
     def numbers(self) -> Column:
+        """The number of the point of each row."""
         return Column(self.values.path.with_name(f"{self.values.path.name}.numbers"), "<i8")
 
     def write(self, first: int, numbers: Longs, values: NDArray[Any]) -> None:

@@ -95,6 +95,7 @@ class PlyFile:
 
     @property
     def row(self) -> int:
+        """Returns the size of a vertex in bytes."""
         return self.vertices.dtype.itemsize
 
     def __len__(self) -> int:
