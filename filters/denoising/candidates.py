@@ -91,17 +91,17 @@ class Repertoire(NamedTuple):
         )
 
 
-#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Truncated kernels keep edges;
-#: more noise needs wider kernels. The Huber kernel over few neighbours suits figures such as statues.
+#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Gaussian kernels suit smooth
+#: parts and edges, the wider one more noise; L1 keeps edges in strong noise. Huber's suits figures such as statues.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
         (AutomaticParameters("bilateral", "truncated_l1", 1.0, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
-        (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (5, 10, 20)),
-        (AutomaticParameters("averaged", "truncated_l2", 0.15, 0.0, 2.5, "two_ring", 10, 0), (2, 4, 8, 14)),
-        (AutomaticParameters("averaged", "truncated_l2", 0.25, 0.0, 2.5, "two_ring", 10, 0), (4, 10, 20)),
-        (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 5, 6, 8, 11)),
-        (AutomaticParameters("bilateral", "huber", 0.1, 0.0, 1.5, "vertex", 5, 0), (1, 2, 3, 4, 5, 6, 8, 11, 16)),
+        (AutomaticParameters("bilateral", "gaussian", 0.25, 0.0, 2.5, "two_ring", 10, 0), (2, 5, 10, 20, 40)),
+        (AutomaticParameters("bilateral", "gaussian", 0.4, 0.0, 2.5, "two_ring", 10, 0), (2, 5, 10, 20, 40)),
+        (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 6, 8, 11)),
+        (AutomaticParameters("bilateral", "gaussian", 0.25, 0.0, 1.5, "vertex", 5, 0), (1, 2, 4, 8, 16)),
+        (AutomaticParameters("bilateral", "gaussian", 0.4, 0.0, 1.5, "vertex", 5, 0), (1, 2, 4, 8, 16)),
     ),
 )
 
