@@ -91,8 +91,8 @@ class Repertoire(NamedTuple):
         )
 
 
-#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Gaussian kernels suit smooth
-#: parts and edges, the wider one more noise; L1 keeps edges in strong noise. Huber's suits figures such as statues.
+#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Gaussian kernels suit curved
+#: parts over one ring and flat parts over two. Truncated L1 keeps sharp edges, Huber's kernel suits figures such as statues.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
