@@ -340,7 +340,7 @@ def _without_values(mesh: MeshData) -> Iterator[str]:
     """Sentences on the custom attributes that new elements lack."""
     if mesh.source is None:
         return
-    of_file = getattr(mesh.source.document, "custom", lambda element: {})
+    of_file: Callable[[str], Mapping[str, Any]] = getattr(mesh.source.document, "custom", lambda element: {})
     vertices = ("vertex", "vertices", mesh.vertex_ids, mesh.vertex_attributes, VERTEX_ATTRIBUTES)
     faces = ("face", "faces", mesh.face_ids, mesh.face_attributes, FACE_ATTRIBUTES)
     for element, elements, ids, attributes, standard in (vertices, faces):
