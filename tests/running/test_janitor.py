@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.provenance import read_provenance, recorded_digest, sha256_of
-from pymeshfair.running.job import Job
+from pymeshfair.files.writing import StagedFile, stage_file
+from pymeshfair.running.job import Job, RunResult
 from pymeshfair.running.supervise import run_job
 
 from .runs import BONE, SMOOTH, names_in, recipe_of
@@ -64,36 +65,51 @@ def test_nothing_is_left_behind(tmp_path: Path, where: str, left: set[str]) -> N
         assert recorded_digest(record, output) == sha256_of(output)
 
 
-#: ends itself before the last file of a run is put in place
-BEFORE_THE_LAST = """
+#: a run with a report, which ends itself when the first `count` files are in place
+KILLED = """
 import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from tests.running.runs import BONE, SMOOTH, recipe_of
+from tests.running.test_janitor import report
 from pymeshfair.running import supervise
 from pymeshfair.running.job import Job
 
 def place(files, stage, outdated=()):
     for path in outdated:
         path.unlink(missing_ok=True)
-    for file in files[:-1]:
+    for file in files[:{count}]:
         file.staged.replace(file.target)
     os.kill(os.getpid(), signal.SIGKILL)
 
 supervise.place = place
-supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r})))
+supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r})), also=report)
 """
 
 
+def report(result: RunResult) -> list[StagedFile]:
+    """The report of a run, which is in the folder of the output."""
+    target = Path(result.provenance).parents[2] / "report.html"
+    return [stage_file(result.output.with_name(target.name), target, b"a page")]
+
+
+@pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize("is_there", [False, True])
-def test_a_run_that_was_killed_between_its_files_can_begin_again(tmp_path: Path, is_there: bool) -> None:
-    """It knows the files that it has put in place, first or again, so that nobody has to ask to overwrite them."""
+def test_a_run_that_was_killed_between_its_files_can_begin_again(tmp_path: Path, is_there: bool, count: int) -> None:
+    """It knows the files that it has put in place, first or again, so that nobody has to ask to overwrite them.
+
+    A report it does not know, so it comes after the output.
+    """
     job = Job(recipe_of(SMOOTH), BONE, tmp_path / "clean.obj")
     if is_there:
         run_job(job)
-    program = BEFORE_THE_LAST.format(tests=str(Path(__file__).parents[2]), output=str(job.output))
+    program = KILLED.format(tests=str(Path(__file__).parents[2]), output=str(job.output), count=count)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == -9, done.stderr
+    assert not (tmp_path / "report.html").exists()
+    deadline = time.monotonic() + 5 * slowness()
+    while any(name.startswith(".") for name in names_in(tmp_path)) and time.monotonic() < deadline:
+        time.sleep(0.02)  # while the worker tidies up
     run_job(job)
     record = read_provenance(job.output)
     assert record is not None

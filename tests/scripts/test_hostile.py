@@ -153,7 +153,9 @@ MORE = {
         b'<?xml version="1.0" encoding="UTF-16"?>' + taubin(), "save it as UTF-8", 1
     ),  # MeshLab reads nothing
     "utf16_called_utf8": Case(
-        ('<?xml version="1.0" encoding="UTF-8"?>' + taubin().decode()).encode("utf-16"), "save it as UTF-8", 1
+        ('<?xml version="1.0" encoding="UTF-8"?>' + taubin().decode()).encode("utf-16"),
+        "'UTF-8', but is read as UTF-16; save it as UTF-8",
+        1,
     ),
     "doctype_twice": Case(b"<!DOCTYPE FilterScript>\n" + taubin(), "not well-formed XML", 2),
     "attribute_twice": Case(script('<filter name="Box/Cube" name="Cone"/>'), "not well-formed XML: duplicate attribute", 3),

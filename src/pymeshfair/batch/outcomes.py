@@ -246,8 +246,7 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
     }
 
 
-#: measures that the table has before and after the run
-_COMPARED = ("vertices", "faces", "roughness")
+_COMPARED = ("vertices", "faces", "roughness")  # measures that the table has before and after the run
 #: an outcome, a unique short name of its scan, and its `outliers`
 Row: TypeAlias = tuple[Outcome, str, tuple[str, ...]]
 

@@ -28,8 +28,7 @@ from .streams import Verbosity, printable, say, verbosity
 if TYPE_CHECKING:
     from ..running.suitability import Suitability
 
-#: characters per line if the output is a file or a pipe
-_WIDTH = 100
+_WIDTH = 100  # characters per line if the output is a file or a pipe
 
 
 def show_table(headers: Sequence[str], *rows: Sequence[str], numbers: Collection[int] = ()) -> None:
@@ -48,8 +47,7 @@ def show_measures(columns: Mapping[str, Mapping[str, Any]], unit: str | None = N
     show_table(["", *columns], *measure_rows(columns, unit), numbers=range(1, len(columns) + 1))
 
 
-#: characters per line of text about recipes
-_NARROW = 80
+_NARROW = 80  # characters per line of text about recipes
 _INDENT = " " * 6
 
 

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 #: the width to which text is wrapped in a page, and in a list
 _WIDTH, _NARROW = 100, 80
 _MARGIN = " " * 24  # before the description of a recipe
-#: the largest number of holes and outer borders that are listed
-_MOST_RIMS = 12
+_MOST_RIMS = 12  # the largest number of holes and outer borders that are listed
 
 listing = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
 

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _ANSWER = "10s"  # how long a scheduler may take to answer
-#: prefix of the probe file, which workers read to prove that they see the folder of outputs
-_PROBE_PREFIX = ".pymeshfair-batch-"
+_PROBE_PREFIX = ".pymeshfair-batch-"  # of the probe file, which workers read to prove that they see the folder of outputs
 
 
 class ClusterError(RunError):

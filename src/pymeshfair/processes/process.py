@@ -30,10 +30,8 @@ from .worker import END_OF_TALK, Answer, Order, serve
 #: stdout of the process is closed, and when its stderr is closed
 Items: TypeAlias = SimpleQueue[tuple[str, Any]]
 
-#: the greatest length of a line on stderr, in bytes
-_LINE_LIMIT = 4096
-#: seconds to wait for a killed process; it takes longer only if a disk does not answer
-_PATIENCE = 5.0
+_LINE_LIMIT = 4096  # the greatest length of a line on stderr, in bytes
+_PATIENCE = 5.0  # seconds to wait for a killed process; it takes longer only if a disk does not answer
 #: seconds between two checks of a silent process, and to wait for the rest of its stderr after the answer
 _PULSE = 0.5
 _MOST_LOST = 4  # see `Pool.submit`

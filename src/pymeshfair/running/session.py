@@ -37,7 +37,6 @@ from .supervise import mark
 
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
-
 #: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit the mesh
 _Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
@@ -339,12 +338,15 @@ class Session:
 
 def _without_values(mesh: MeshData) -> Iterator[str]:
     """Sentences on the custom attributes that new elements lack."""
-    held = getattr(mesh.source and mesh.source.document, "custom", lambda element: {})
-    for element, elements in (("vertex", "vertices"), ("face", "faces")):
-        ids, attributes = getattr(mesh, f"{element}_ids"), getattr(mesh, f"{element}_attributes")
-        if mesh.source is not None and ids is not None and (new := ids < 0).any():
-            names = [
-                n for n, values in attributes.items() if n not in VERTEX_ATTRIBUTES | FACE_ATTRIBUTES and not values[new].any()
-            ]
-            if names := [*names, *(name for name in held(element) if name not in attributes)]:
-                yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(names)}"
+    if mesh.source is None:
+        return
+    of_file: Callable[[str], Mapping[str, Any]] = getattr(mesh.source.document, "custom", lambda element: {})
+    vertices = ("vertex", "vertices", mesh.vertex_ids, mesh.vertex_attributes, VERTEX_ATTRIBUTES)
+    faces = ("face", "faces", mesh.face_ids, mesh.face_attributes, FACE_ATTRIBUTES)
+    for element, elements, ids, attributes, standard in (vertices, faces):
+        if ids is None or not (new := ids < 0).any():
+            continue
+        lacking = [name for name in attributes if name not in standard and not attributes[name][new].any()]
+        lacking += [name for name in of_file(element) if name not in attributes]
+        if lacking:
+            yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(lacking)}"

@@ -23,7 +23,7 @@ from ..errors import GuardBroken, OutOfMemory, Place, RunError, RunTimeout, Work
 from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.outputs import check_maps, check_output
-from ..files.provenance import formatted, provenance_path, sha256_of
+from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest
 from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
@@ -296,9 +296,9 @@ def run_job(
                 further = also(replace(staged, output=output.staged, provenance=provenance.staged))
         interrupts.check()
         _check_outputs(job)
-        files = [*side_files, *report.maps, *further, output]
-        # A run that is killed in the middle can begin again if its provenance, by which it knows its files, came first.
-        if not job.output.exists() or sha256_of(job.output) == report.output["sha256"]:
+        files = [*side_files, *report.maps, output, *further]
+        # A killed run can begin again: it knows its files by the provenance, which comes first, and its report comes last.
+        if not job.output.exists() or recorded_digest(read_provenance(job.output), job.output) == report.output["sha256"]:
             place([provenance, *files], stage, outdated=[*former_maps])
         else:
             place([*files, provenance], stage, outdated=[provenance.target, *former_maps])

@@ -5,6 +5,7 @@ import os
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -87,6 +88,8 @@ def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bo
     """The changes since the run, or the plan to repeat it in `folder` with the old file names, which OBJ files contain."""
     entries = [record["output"], *record["output"].get("side_files", ())]
     names = [Path(entry["path"]).name for entry in entries]
+    if not output.is_file():
+        return Verification("output changed", (f"{output} is not there: it was removed, or its run was killed too early",))
     if changed := tuple(_changed([output, *(output.parent / name for name in names[1:])], entries)):
         return Verification("output changed", changed)
     read = [record["input"], *record["input"].get("others", ())]
@@ -158,11 +161,18 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
     is_ours = shipped is not None and (file == shipped.script.path or may_be_shipped)
     if not is_ours and not file.is_file():
         return recipe, f"the recipe's file {file} is not there any more: --recorded takes the one in the provenance", ""
+
+    def text_now(*, upgrade: bool) -> str:
+        now = shipped if is_ours and shipped else load_recipe(file, upgrade=upgrade)
+        return now.override(tuple(entry["overrides"])).text
+
     try:
-        now = (shipped if is_ours and shipped else load_recipe(file, upgrade=True)).override(tuple(entry["overrides"])).text
+        texts = [text_now(upgrade=True)]
     except PymeshfairError as error:
         return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
-    differs = "" if now == text else f"the recipe's file {file} says something else than when it was run"
+    with suppress(PymeshfairError):  # a script of today may have been run as it is
+        texts.append(text_now(upgrade=False))
+    differs = "" if text in texts else f"the recipe's file {file} says something else than when it was run"
     return recipe, differs, "" if is_ours else f"the recipe is from {file}"
 
 

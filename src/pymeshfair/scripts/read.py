@@ -160,7 +160,8 @@ class _Reader:
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _ENCODINGS[self._utf16]:
-            self._fatal(f"says that it is written in {shortened(encoding)!r}; save it as UTF-8")
+            actual = "UTF-16" if self._utf16 else "UTF-8"
+            self._fatal(f"says that it is written in {shortened(encoding)!r}, but is read as {actual}; save it as UTF-8")
 
     def _document_type(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
         if system is not None or public is not None or has_subset:

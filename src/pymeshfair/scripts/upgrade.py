@@ -59,7 +59,8 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
         aged |= any(p.attributes.get("type") in OLD_TYPES for p in element.params)
         values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
         upgraded, of_element = _upgraded(element, values)
-        filters += [] if upgraded is None else [upgraded]
+        if upgraded is not None:
+            filters.append(upgraded)
         changes += of_element
         if former is not None and former.layers == "current":
             always_current.add(element.line)
@@ -229,12 +230,8 @@ def _upgraded_steps(
             what = "is left out: today it would delete the result of the step before, in MeshLab 2016 the input"
             changes.append(Change(line=line, filter=step.filter.name, what=what, meaning=meaning))
             continue
-        if (
-            aged
-            and former_parameters(step.filter.name).layers == "left"
-            and index + 1 not in deleting
-            and line not in always_current
-        ):
+        left_current = aged and former_parameters(step.filter.name).layers == "left"
+        if left_current and index + 1 not in deleting and line not in always_current:
             name = names.get(line, step.filter.name)
             changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
         steps.append(step)

@@ -122,7 +122,7 @@ class Cloud:
         return divide(slices, count, folder, most=most)
 
     def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
-        """Stores probabilities or normals, and writes the mask of the points that a selection leaves to `target`; reports."""
+        """Stores probabilities or normals, writes the mask of the points that stay to `target`; returns the filter's report."""
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
         for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):

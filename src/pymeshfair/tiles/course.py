@@ -45,8 +45,7 @@ from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, sli
 from .sources import CLOUD_FORMATS, E57Cloud, LasCloud, MeshFile, PlyFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
-#: bytes of memory to assume if the system does not report them
-_USUAL_MEMORY = 4_000_000_000
+_USUAL_MEMORY = 4_000_000_000  # bytes of memory to assume if the system does not report them
 
 
 def run_by_tiles(

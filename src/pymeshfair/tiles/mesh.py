@@ -204,7 +204,7 @@ class MeshTiles:
         return low, high, border, tile.vertices[tile.faces[sampled]]
 
     def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
-        """Returns how far the tile's vertex with a face that is farthest from a place is, times a scale, its number and place."""
+        """Returns the distance, times a scale, the number and the coordinates of the vertex of a face farthest from a place."""
         tile = tile_with_rings(self.surface, first, last, 1)
         rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
         away, i = whole.farthest(tile.vertices[rows], place)
@@ -326,7 +326,7 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> tuple[int, ...]:
-        """Moves vertices at new folds back to a share of their move; returns the numbers of `notes_on_folds` before that."""
+        """Moves vertices at new folds back to a share of their move; returns what `notes_on_folds` takes, from before."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
@@ -375,7 +375,8 @@ def do_move(
     progress = part_of(progress, 0.1, 1.0)
     if not step.is_builtin and (place := whole.place_if_far(corners)) is not None:
         found = tasks.map(work.farthest, [(place, whole, *tile) for tile in tiles])
-        raise whole.far_vertex(*max(found, key=lambda vertex: (vertex[0], -vertex[1]))[1:])
+        _, number, coordinates = max(found, key=lambda vertex: (vertex[0], -vertex[1]))
+        raise whole.far_vertex(number, coordinates)
     if step.filter == NORMALS and filtering_of(values) is None:
         chosen_values, notes = tasks.run(work.choose, values, is_open)
         values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}

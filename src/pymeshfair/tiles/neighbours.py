@@ -27,8 +27,7 @@ from .workers import Tasks
 _AROUND, _LEAST_AROUND = 0.125, 1 << 15
 #: multiples of the largest tile's size: how many points search surrounding cells at once, and the most cells they list in total
 _SEARCHING, _LISTED = 0.125, 8
-#: number of points whose neighbours in the tile are sorted at once
-_AT_ONCE = 4096
+_AT_ONCE = 4096  # number of points whose neighbours in the tile are sorted at once
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,8 +30,7 @@ from ..running.supervise import Interrupted
 from .plan import Budget
 
 _JOURNAL = "journal"
-#: seconds between two checks while workers send nothing
-_PULSE = 0.5
+_PULSE = 0.5  # seconds between two checks while workers send nothing
 
 
 @dataclass(frozen=True)
