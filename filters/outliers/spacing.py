@@ -29,7 +29,8 @@ _LARGEST = 2.0**53
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """Returns (n,) the distance of each vertex from the nearest point, in units of `cloud_spacings` at this point.
 
-    Screened Poisson closes a surface also where the cloud has no points. Without vertices of large gaps it ends with the cloud.
+    Screened Poisson closes a surface also where the cloud has no points. Without its vertices of large gaps, the surface ends
+    where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.
