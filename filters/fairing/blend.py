@@ -236,10 +236,10 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 
 
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
-    """Finds the spans between two loops that have the least sum of squared lengths and include the shortest span of all.
+    """Finds spans between two loops with the least sum of squared lengths, the shortest span of all among them.
 
-    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. If the
-    least sum would take a span twice, the sum is only nearly the least.
+    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. The sum
+    is not quite the least if that would take a span twice.
     """
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0
@@ -251,8 +251,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
     rows = max(1, _SPANS_AT_A_TIME // len(other))
-    # The last row and column repeat the first. A path that takes an edge twice would give it four triangles; then a second search
-    # keeps the two places of each edge apart.
+    # The last row and column repeat the first. An edge that a path takes twice would get four triangles: then we search again.
     progress = rising(progress)
     for apart in (False, True):
         for start in range(0, len(closed), rows):
