@@ -65,7 +65,7 @@ def curve_smoothing(
             move. "explicit" and "taubin" update the weights in each step; "implicit" takes the weights of the input.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother; above 0.5 zigzags fade less.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
-        pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; replaces mu. Smaller is smoother.
+        pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0, below 1/step and at most 2; replaces mu. Smaller is smoother.
         time_step: t, for "implicit", a number without unit, at least 0. Larger is smoother; every value is stable.
         detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, whose amplitude
             all iterations together halve. L is then the second derivative by arc length; the mass of a vertex is half the length

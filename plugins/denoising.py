@@ -138,8 +138,9 @@ def apply_coord_normal_filtering(
     notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
-    causes = denoising.causes_of_folds(layer.vertices, layer.faces, np.ones(len(vertices), np.bool_))
-    notes += denoising.notes_on_folds(before, after, *causes)
+    if after:
+        causes = denoising.causes_of_folds(layer.vertices, layer.faces, np.ones(len(vertices), np.bool_))
+        notes += denoising.notes_on_folds(before, after, *causes)
     return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=notes)
 
 

@@ -160,7 +160,7 @@ def taubin_fairing(
         operator: the Laplace operator L; weights are computed anew for every step.
         step: lambda, above 0. Larger is smoother.
         mu: the step back, below -step. A mu nearer to -step narrows the pass band, and so smooths more.
-        pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
+        pass_band: k_PB, above 0, below 1/step, at most 2; sets mu = 1 / (k_PB - 1/step). Smaller is smoother; usual: 0.01 to 0.1.
         iterations: number of pairs of steps. More pairs damp more, but only above the pass band.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
@@ -237,7 +237,8 @@ def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigen
     if 1.0 / step + 1.0 / mu > 2.0 + 1e-9:  # the pass band reaches beyond all frequencies
         nearer = mu_of_pass_band(0.1, step)
         raise FilterInputError(
-            f"step {step:g} with mu {mu:g} makes all details grow: take a mu nearer to -step, for example {nearer:.4g}"
+            f"step {step:g} with mu {mu:g} makes all details grow: take a mu nearer to -step, for example {nearer:.4g} "
+            "(pass_band=0.1)"
         )
     largest = largest_stable_step(mu / step, largest_eigenvalue)
     if step > largest:

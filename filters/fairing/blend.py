@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError
 from ..compilation import compiled
-from ..execution import Progress, ignore_progress, part_of
+from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import area_vector, side_lengths
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, Longs, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
@@ -236,9 +236,10 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 
 
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
-    """Finds the spans between two loops that have the least sum of squared lengths and include the shortest span of all.
+    """Finds spans between two loops with the least sum of squared lengths, the shortest span of all among them.
 
-    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band.
+    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. The sum
+    is not quite the least if that would take a span twice.
     """
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0
@@ -250,32 +251,29 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
     rows = max(1, _SPANS_AT_A_TIME // len(other))
-    # The last row and column repeat the first. A path that takes an edge twice would give it four triangles; then another search
-    # bars one of the two places. The corners barred from the start repeat the edge at (0, 0), where each path begins.
-    in_column, in_row = (np.arange(len(loop)) == 0 for loop in (closed, other))
-    repeated: list[Longs] = []
-    while not repeated or any(map(len, repeated)):
+    # The last row and column repeat the first. An edge that a path takes twice would get four triangles: then we search again.
+    progress = rising(progress)
+    for apart in (False, True):
         for start in range(0, len(closed), rows):
             progress(start / len(closed))
-            _cheapest(closed, other, start, min(start + rows, len(closed)), in_column, in_row, costs, from_first)
+            _cheapest(closed, other, start, min(start + rows, len(closed)), apart, costs, from_first)
         path = _way_back(from_first)
-        ends = len(closed) - 1, len(other) - 1
-        repeated = [np.intersect1d(path[path[:, k - 1] == 0, k], path[path[:, k - 1] == ends[k - 1], k]) for k in (0, 1)]
-        in_column[repeated[0]], in_row[repeated[1]] = True, True
-    return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
+        spans = (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
+        if len(np.unique(np.column_stack(spans), axis=0)) == len(path):
+            break
+    return spans
 
 
 @compiled
-def _cheapest(
-    first: Floats, second: Floats, start: int, end: int, in_column: Bools, in_row: Bools, costs: Floats, from_first: Bools
-) -> None:
+def _cheapest(first: Floats, second: Floats, start: int, end: int, apart: bool, costs: Floats, from_first: Bools) -> None:
     """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1.
 
-    In a row of (a + 1,) `in_column` no path goes through the last column, in the second half of the rows not through the first
-    one. The same holds for the columns of (b + 1,) `in_row`.
+    No path goes through the two corners that repeat the edge at (0, 0), where each path begins. With `apart` it meets the first
+    column only in the first half of the rows and the last column only in the second half; the same holds for rows.
     """
+    n, m = first.shape[0], second.shape[0]
     for i in range(start, end):
-        for j in range(second.shape[0]):
+        for j in range(m):
             length = 0.0
             for k in range(3):
                 length += (first[i, k] - second[j, k]) ** 2
@@ -283,8 +281,8 @@ def _cheapest(
             if not from_first[i, j]:
                 costs[j] = costs[j - 1] if j > 0 else 0.0
             costs[j] += length
-            n, m = first.shape[0], second.shape[0]
-            if (in_column[i] and j == (m - 1 if 2 * i < n else 0)) or (in_row[j] and i == (n - 1 if 2 * j < m else 0)):
+            barred_column, barred_row = m - 1 if 2 * i < n else 0, n - 1 if 2 * j < m else 0
+            if ((apart or i == 0) and j == barred_column) or ((apart or j == 0) and i == barred_row):
                 costs[j] = np.inf
 
 

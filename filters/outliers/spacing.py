@@ -29,7 +29,7 @@ _LARGEST = 2.0**53
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """Returns (n,) the distance of each vertex from the nearest point, in units of `cloud_spacings` at this point.
 
-    Screened Poisson closes a surface also where the cloud has no points. Without vertices of large gaps it ends with the cloud.
+    Screened Poisson closes gaps of the cloud, too; without vertices far from the points, its surface ends where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.

@@ -82,6 +82,16 @@ def test_no_span_is_taken_twice() -> None:
         assert (steps.sum(axis=1) == 1).all()
 
 
+def test_at_most_two_searches_for_spans() -> None:
+    """Also for rims as different as a coarse opening and a fine, small one beside it, where 61 edges were barred one by one."""
+    large, small = (np.exp(2j * math.pi * np.arange(n) / n) for n in (40, 500))
+    first, second = (np.column_stack([z.real, z.imag, 0.0 * z.real]) for z in (large, 1.1 + 0.05 * small))
+    searches: list[float] = []
+    spans = np.column_stack(blend.shortest_spans(first, second, searches.append))
+    assert len(searches) == 2
+    assert len(np.unique(spans, axis=0)) == len(spans)
+
+
 def test_rows_divide_the_spans_evenly() -> None:
     """Rows as high as equilateral triangles divide the way between rims at heights 3 and 4.5, on the cylinder's chords."""
     mesh = two_tubes()
