@@ -82,7 +82,11 @@ class Workbench:
     helper_ids: list[int] = field(default_factory=list, init=False)
 
     def has_current(self) -> bool:
-        return bool(BASE.mesh_number(self.meshset))
+        try:
+            BASE.current_mesh_id(self.meshset)
+        except pymeshlab.PyMeshLabException:  # also in a set with layers none of which has become the current one
+            return False
+        return True
 
     def current(self) -> View:
         """Returns the current layer as it is now, or an empty one if there is none."""
@@ -105,7 +109,9 @@ class Workbench:
         if mesh.has_wedge_tex_coord():
             face["wedge_texture_coordinates"] = partial(wedges_of, mesh)
         return MeshData(
-            **dict[str, Any]((name, read_array(mesh, name)) for name in ("vertices", "faces", "edges")),
+            vertices=read_array(mesh, "vertices"),
+            faces=read_array(mesh, "faces"),
+            edges=read_array(mesh, "edges"),
             vertex_attributes=LazyAttributes(vertex),
             face_attributes=LazyAttributes(face),
             matrix=np.array(mesh.transform_matrix()),
