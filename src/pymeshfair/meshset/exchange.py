@@ -293,15 +293,19 @@ def _of_pyvista(mesh: Any) -> Arrays:
         count = int(lines[0])
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
-    pieces, others = [], mesh.n_lines + mesh.n_verts
+    others = mesh.n_lines + mesh.n_verts
     last = mesh.n_cells - mesh.n_strips
+    pieces = []
     # VTK's triangulation mixes up the values of cells of several kinds: points and lines come first, strips last.
     for kind, rows in (("faces", slice(others, last)), ("strips", slice(last, mesh.n_cells))):
-        if rows.start < rows.stop:
-            piece = type(mesh)(mesh.points, **{kind: getattr(mesh, kind)})
+        count = rows.stop - rows.start
+        piece = mesh
+        if 0 < count < mesh.n_cells:
+            piece = importlib.import_module("pyvista").PolyData(mesh.points, **{kind: getattr(mesh, kind)})
             piece.cell_data.update({name: values[rows] for name, values in mesh.cell_data.items()})
+        if count:
             pieces.append(piece.triangulate())
-    faces = np.concatenate([np.zeros((0, 3)), *(piece.regular_faces for piece in pieces)])
+    faces = np.concatenate([np.empty((0, 3), np.int64), *(piece.regular_faces for piece in pieces)])
     arrays = Arrays(_numbers(mesh.points), _indices(faces), _indices(np.concatenate(edges)))
     of_cells, arrays.of_vertices = _values(mesh.cell_data), _values(mesh.point_data)
     if pieces:
