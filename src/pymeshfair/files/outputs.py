@@ -103,9 +103,12 @@ def stage_textures(
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
+    refused = r'[\x00-\x1f<>:"|?*]'  # by file systems
+    if extension(output) == "obj":
+        refused += r"|(?<!\S)#"  # begins a comment
     for number, texture in enumerate(textures):
-        last = re.sub(r'[\x00-\x1f<>:"|?*]|(?<=\s)#', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what systems refuse, and comments
+        last = re.sub(refused, "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
+        name = names[texture.name] = last if last.strip(".") else "texture.png"
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
