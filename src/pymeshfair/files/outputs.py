@@ -103,12 +103,10 @@ def stage_textures(
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
-    refused = r'[\x00-\x1f<>:"|?*]'  # by file systems
-    if extension(output) == "obj":
-        refused += r"|(?<!\S)#"  # begins a comment
+    comments = r"|(?<!\S)#" if extension(output) == "obj" else ""
     for number, texture in enumerate(textures):
-        last = re.sub(refused, "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        name = names[texture.name] = last if last.strip(".") else "texture.png"
+        last = re.sub(r'[\x00-\x1f<>:"|?*]' + comments, "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
+        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what systems refuse, and comments
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"

@@ -25,10 +25,9 @@ class BuiltinFilters:
         """Applies a filter; if a number is beyond its bounds it applies `script`, the step as a script, which has no bounds."""
         converted = self._for_meshlab(declared, values)
         try:
-            text = ""
-            if self._is_beyond_bounds(declared, converted):
+            if is_beyond := self._is_beyond_bounds(declared, converted):
                 checked(declared, values)  # the script lacks values that no script can have
-                text = script()
+            text = script() if is_beyond else ""
             return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=text)
         except pymeshlab.PyMeshLabException:
             checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
@@ -42,7 +41,6 @@ class BuiltinFilters:
         free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
         given = {name: values[name] for name in free if isinstance(values.get(name), float) and math.isfinite(values[name])}
         used = self.ask(declared.python_name, **values) if given else {}
-        # MeshLab rounds to single precision
         return any(not math.isclose(number, used[name], rel_tol=1e-7, abs_tol=1e-37) for name, number in given.items())
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
@@ -99,8 +97,7 @@ class BuiltinFilters:
             return pymeshlab.Color(*value)
         if isinstance(parameter, Point | Matrix) and isinstance(value, tuple):
             return np.array(value, dtype=np.float64)
-        number = as_float(value) if isinstance(parameter, Float) else None
-        return value if number is None else number
+        return (as_float(value) or value) if isinstance(parameter, Float) else value
 
     def _is_of_diagonal(self, declared: Filter, parameter: Parameter, layer: _Current) -> bool:
         """Whether MeshLab's percentages of this parameter refer to the diagonal; a few refer to another length."""
@@ -127,9 +124,8 @@ class BuiltinFilters:
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
         length = as_length(typed)
-        if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
-            return length
-        if isinstance(length, Length) and self._is_of_diagonal(declared, parameter, layer):
+        is_kept = isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent")
+        if is_kept or (isinstance(length, Length) and self._is_of_diagonal(declared, parameter, layer)):
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)

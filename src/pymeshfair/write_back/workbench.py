@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 from typing import Any
@@ -82,11 +82,9 @@ class Workbench:
     helper_ids: list[int] = field(default_factory=list, init=False)
 
     def has_current(self) -> bool:
-        try:
-            BASE.current_mesh_id(self.meshset)
-        except pymeshlab.PyMeshLabException:  # also in a set with layers none of which has become the current one
-            return False
-        return True
+        with suppress(pymeshlab.PyMeshLabException):  # also in a set with layers none of which has become the current one
+            return bool(BASE.current_mesh_id(self.meshset) >= 0)
+        return False
 
     def current(self) -> View:
         """Returns the current layer as it is now, or an empty one if there is none."""

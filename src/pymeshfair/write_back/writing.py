@@ -56,7 +56,6 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restores the layer; returns the names of the lost data."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
