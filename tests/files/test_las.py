@@ -282,3 +282,12 @@ def test_a_column_titled_scalars_stays_beside_the_scalars(tmp_path: Path) -> Non
     save(mesh.with_attributes({"scalars": np.array([7.5, 8.5])}), tmp_path / "a.las")
     found = laspy.read(tmp_path / "a.las")
     assert (found["scalars"].tolist(), found["scalars_"].tolist()) == ([7.5, 8.5], [0.5, 0.25])
+
+
+def test_an_attribute_named_like_a_channel_stays_beside_the_colours(tmp_path: Path) -> None:
+    """It gets a dimension of its own, as one named like a coordinate does."""
+    colors = np.full((2, 4), 255, np.uint8)
+    mesh = MeshData(vertices=np.eye(3)[:2], vertex_attributes={"colors": colors, "red": np.array([7, 8], np.int32)})
+    save(mesh, tmp_path / "a.las")
+    found = laspy.read(tmp_path / "a.las")
+    assert (found["red"].tolist(), found["red_"].tolist()) == ([65535, 65535], [7, 8])

@@ -468,6 +468,22 @@ def test_a_face_without_a_texture_gets_none_from_the_face_before_it(tmp_path: Pa
     assert "usemtl" not in (tmp_path / "a.obj").read_text().partition("f ")[0]
 
 
+@pytest.mark.parametrize("name", ["#1.png", "scan #1.png", "scan#1.png"])
+def test_textures_whose_names_have_a_comment_mark_are_read_again(name: str, tmp_path: Path) -> None:
+    """A mark behind a blank begins a comment in OBJ files; elsewhere, and in PLY files, the name stays."""
+    mesh = MeshData(
+        vertices=np.eye(3),
+        faces=np.array([[0, 1, 2]]),
+        vertex_attributes={"texture_coordinates": np.eye(3)[:, :2]},
+        textures=(Texture(name, IMAGE),),
+    )
+    for output, kept in (("a.obj", name == "scan#1.png"), ("b.ply", True)):
+        save(mesh, tmp_path / output)
+        (texture,) = read_file(tmp_path / output).mesh.textures
+        assert texture.image is not None
+        assert (texture.name == name) is kept
+
+
 def test_polygons_whose_triangles_disagree_are_triangles(tmp_path: Path) -> None:
     """A colour of each triangle, or texture coordinates of each, would not all be in the line of a polygon."""
     mesh = read(tmp_path / "a.obj", f"{SQUARE}v 2 0 0\nv 2 1 0\nf 1 2 3 4\nf 2 5 6 3\n")

@@ -228,3 +228,11 @@ def test_an_attribute_named_like_a_coordinate_does_not_replace_it(tmp_path: Path
     mesh = MeshData(vertices=np.eye(3), vertex_attributes={"x": np.full(3, 7.0)})
     assert save(mesh, tmp_path / "a.xyz") == ("a.xyz: it does not hold x of the mesh; .ply keeps them",)
     np.testing.assert_array_equal(read_file(tmp_path / "a.xyz").mesh.vertices, np.eye(3))
+
+
+def test_an_attribute_named_like_a_channel_does_not_replace_it(tmp_path: Path) -> None:
+    """It is named as lost, and the colours are written."""
+    colors = np.full((3, 4), 255, np.uint8)
+    mesh = MeshData(vertices=np.eye(3), vertex_attributes={"colors": colors, "red": np.full(3, 7)})
+    assert save(mesh, tmp_path / "a.pts") == ("a.pts: it does not hold red of the mesh; .ply keeps them",)
+    np.testing.assert_array_equal(read_file(tmp_path / "a.pts").mesh.vertex_attributes["colors"], colors)

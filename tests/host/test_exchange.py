@@ -259,6 +259,25 @@ def test_strips_beside_lines_keep_their_values() -> None:
     assert meshes.to_pyvista().cell_data["part"].tolist() == [0, 7, 8, 8, 9]
 
 
+def test_meshes_of_a_class_made_from_that_of_pyvista_are_taken() -> None:
+    """The constructor of such a class is its own."""
+    pyvista = pytest.importorskip("pyvista")
+
+    class Scan(pyvista.PolyData):  # type: ignore[misc]
+        """A mesh with a name."""
+
+        def __init__(self, name: str, *content: Any, **cells: Any) -> None:
+            super().__init__(*content, **cells)
+            self.name = name
+
+    for cells in ({}, {"lines": [2, 1, 2]}):
+        mesh = Scan("nose", np.eye(3), faces=[3, 0, 1, 2], **cells)
+        mesh.cell_data["part"] = np.arange(mesh.n_cells) + 7.0
+        meshes = MeshSet()
+        meshes.add_mesh(mesh)
+        assert meshes.current_mesh().face_custom_scalar_attribute_array("part").tolist() == [mesh.cell_data["part"][-1]]
+
+
 def test_pyvista_meshes_of_mixed_polygons_and_point_sets_are_taken() -> None:
     """A quad beside a triangle becomes two triangles, each with its value, and a point set is a cloud."""
     pyvista = pytest.importorskip("pyvista")

@@ -423,3 +423,21 @@ def test_a_3mf_file_leaves_the_locale_of_the_program(tmp_path: Path) -> None:
         assert locale.setlocale(locale.LC_ALL) == "C.UTF-8"
     finally:
         locale.setlocale(locale.LC_ALL, kept)
+
+
+@pytest.mark.parametrize("number", [300_000, np.float32(300_000), np.int64(300_000)])
+def test_numbers_beyond_bounds_of_the_mesh_may_be_of_numpy(number: Any) -> None:
+    """A call of pymeshlab would translate by five diagonals."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    meshes.compute_matrix_from_translation(axisx=number)
+    assert meshes.current_mesh().vertex_matrix()[:, 0].tolist() == [300_001, 300_000, 300_000]
+
+
+@pytest.mark.parametrize("values", [{"axisx": 1e39}, {"axisx": 300_000, "axisy": float("nan")}])
+def test_numbers_that_no_script_can_have_are_refused_beyond_bounds(values: dict[str, float]) -> None:
+    """The script that takes the place of the call would lack them, and do something else."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    with pytest.raises(FilterParameterError, match="takes a number"):
+        meshes.compute_matrix_from_translation(**values)

@@ -8,8 +8,9 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair import MeshSet
 from pymeshfair.errors import StepFailedError
-from pymeshfair.meshlab.base import FilterParameterError, UnknownLayerError
+from pymeshfair.meshlab.base import FilterFailedError, FilterParameterError, UnknownLayerError
 from pymeshfair.meshset.filter_runner import FilterRunner, ScriptLog
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Step
@@ -38,6 +39,15 @@ def test_layers_of_an_empty_mesh_set_are_empty() -> None:
     layers = Workbench(pymeshlab.MeshSet())
     assert not layers.has_current()
     assert layers.current().vertices.shape == (0, 3)
+
+
+def test_a_set_whose_layer_is_not_current_has_no_current_layer() -> None:
+    """MeshLab has no layer to read there, and a read crashes the process."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3)), set_as_current=False)
+    with pytest.raises(FilterFailedError, match="has no current mesh: load one first"):
+        meshes.apply_coord_taubin_fairing()
+    assert repr(meshes).splitlines()[0] == "MeshSet of 1 layer"
 
 
 def test_the_runner_applies_both_kinds_and_says_what_ran(meshes: pymeshlab.MeshSet) -> None:

@@ -107,7 +107,7 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
         "shared.glb",
         _points_gltf({}, materials=[RED], faces=True),
         "out.ply",
-        "colours of points and lines that share their vertices with others",
+        "colours of points and lines that share vertices with faces or other colours",
     ),
     ("custom.glb", _gltf({}, {"_HEAT": 1}), "out.ply", "attribute _HEAT"),
     ("extras.glb", _gltf({"extras": {"by": "me"}}, {}), "out.ply", "extras"),

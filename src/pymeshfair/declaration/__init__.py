@@ -42,6 +42,7 @@ from .parameters import Percentage as Percentage
 from .parameters import Point as Point
 from .parameters import Shot as Shot
 from .parameters import String as String
+from .parameters import as_float as as_float
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]

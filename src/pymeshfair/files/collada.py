@@ -125,6 +125,7 @@ class _Reader:
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
         part_looks, shades_of_lines = [_Look()], list[tuple[float, ...]]()  # the looks: one for each item of `lengths`
         primitives = [p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"]
+        has_faces = not all(p.tag.startswith("line") for p in primitives)
         for p in primitives:
             inputs = [(i, _offset(i)) for i in p.iterfind("input")]
             vertex_offset = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
@@ -137,9 +138,8 @@ class _Reader:
                 check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
                 edges.append(edges_of(table[:, vertex_offset], counts))
                 shades_of_lines.append(look.colour)
-                shares = any(not other.tag.startswith("line") for other in primitives)  # the inputs of vertices
-                own = p.findall("input") if shares else [i for i, _ in inputs]
-                if unread := {i.get("semantic", "") for i in own} - {"VERTEX", "POSITION"}:
+                others = p.findall("input") if has_faces else [i for i, _ in inputs]  # faces read the inputs of vertices
+                if unread := {i.get("semantic", "") for i in others} - {"VERTEX", "POSITION"}:
                     self.assembly.lost[f"inputs {', '.join(sorted(unread))} of {p.tag}"] = None
                 continue
             corners.append(table[:, vertex_offset])

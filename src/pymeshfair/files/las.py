@@ -267,7 +267,8 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
         elif name == "normals":
             columns |= zip(NORMAL, values.T, strict=True)
         elif name in _NUMBERS or name not in VERTEX_ATTRIBUTES:
-            columns[name[:-1] if name[:-1] in VERTEX_ATTRIBUTES - set(_NUMBERS) else name] = values
+            column = name[:-1] if name[:-1] in VERTEX_ATTRIBUTES - set(_NUMBERS) else name
+            columns[f"{column}_" if column in columns else column] = values
     return columns
 
 

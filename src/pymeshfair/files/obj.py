@@ -602,7 +602,7 @@ def _face_lines(
 ) -> Iterator[bytes]:
     """Yields the lines of faces, with a state line before each change of material, group or object."""
     indices = [index for index in (mesh.faces, of_wedges, of_normals) if index is not None]
-    if (polygon := mesh.face_attributes.get("polygon")) is not None:  # its triangles agree at the corners that they share
+    if (polygon := mesh.face_attributes.get("polygon")) is not None:  # triangles are joined where all indices agree
         of_corners = numbered(np.stack([index.ravel() for index in indices], axis=1))[1].reshape(-1, 3)
     shape = outlines(mesh.faces if polygon is None else of_corners.astype(np.int32), polygon, [states])
     notes += shape.notes

@@ -103,8 +103,9 @@ def stage_textures(
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
+    comments = r"|(?<!\S)#" if extension(output) == "obj" else ""
     for number, texture in enumerate(textures):
-        last = re.sub(r'[\x00-\x1f<>:"|?*]|(?<=\s)#', "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
+        last = re.sub(r'[\x00-\x1f<>:"|?*]' + comments, "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
         name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what systems refuse, and comments
         if texture.image is None:
             continue

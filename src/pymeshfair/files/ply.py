@@ -79,8 +79,7 @@ def read_ply(path: Path, references: References) -> Reading:
         if face is not None and face.element.count:
             doubts += (f"its {face.element.count:,} rows of 'face' have no list 'vertex_indices' and are not read",)
     row_of_face = None if isinstance(rows, slice) else rows
-    wedges = attributes.get("wedge_texture_coordinates")
-    polygon = attributes.get("polygon")
+    wedges, polygon = attributes.get("wedge_texture_coordinates"), attributes.get("polygon")
     document = PlyDocument(header, tables, data, tokens, row_of_face, len(faces) > 0 and not has_rows, wedges, polygon, faces)
     vertex_attributes = _attributes_of_vertices(vertex)
     mesh = MeshData(

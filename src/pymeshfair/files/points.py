@@ -246,7 +246,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
         elif name == "normals":
             columns = dict(zip(_NORMAL, attribute.T, strict=True))
         else:
-            columns = {name: 1 * attribute} if attribute.ndim == 1 and name not in _PLACE else {}  # 1 and 0 for booleans
+            columns = {name: 1 * attribute} if attribute.ndim == 1 and name not in values else {}  # 1 and 0 for booleans
         if columns and set(columns) <= set(document.columns):
             values |= columns
         elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):

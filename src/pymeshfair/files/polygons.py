@@ -48,7 +48,7 @@ class Outlines(NamedTuple):
     places: Longs  # (c,) index of each polygon corner among the 3 m triangle corners, polygon by polygon
     lengths: Longs  # (p,) the corner count of each polygon
     triangles: Longs  # (p,) the triangle of the first corner of each polygon
-    notes: tuple[str, ...] = ()  # on polygons that stay triangles: they are no disc with vertices on its rim alone, or differ
+    notes: tuple[str, ...] = ()  # on polygons that stay triangles: some are no disc, have inner vertices or several values
 
 
 def outlines(faces: Ints, polygon: Array | None, values: Iterable[Array] = ()) -> Outlines:

@@ -197,11 +197,11 @@ class Assembly:
         return MeshData(vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face)
 
     def tinted(self, part: MeshData, shades: Sequence[Sequence[float]]) -> MeshData:
-        """Multiplies the colours of vertices by the `shades` of points and lines if these agree, and names the loss otherwise."""
+        """Multiplies colours of vertices by `shades`, the material colours of points and lines; notes those that do not fit."""
         if all(shade == 1.0 for each in shades for shade in each):
             return part
         if len(part.faces) or len({tuple(each) for each in shades}) > 1:
-            self.lost["colours of points and lines that share their vertices with others"] = None
+            self.lost["colours of points and lines that share vertices with faces or other colours"] = None
             return part
         colors = part.vertex_attributes.get("colors", np.full((len(part.vertices), 4), 255, np.uint8))
         return part.with_attributes({"colors": levels(colors / 255.0 * shades[0])})

@@ -69,7 +69,6 @@ class _Node:
         return scenes.rows(self.fields.get(name, ""), width, f"the values of a {self.type}")
 
     def is_true(self, name: str) -> bool:
-        """Returns the boolean of a field; a missing field is true."""
         return self.fields.get(name, "TRUE").strip().upper() == "TRUE"
 
 

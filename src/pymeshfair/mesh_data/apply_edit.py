@@ -127,7 +127,7 @@ def moved(mesh: MeshData, vertices: Floats) -> MeshData:
 
 
 def _loose_normals(mesh: MeshData, vertices: Floats, faces: Ints) -> Floats | None:
-    """Returns the new normals if old vertices of no face have any, which they keep; None if all are computed anew."""
+    """Returns new normals, in which old vertices of no face keep theirs; None if no such vertex has one."""
     normals, loose = mesh.vertex_attributes.get("normals"), ~mask_of(faces, len(vertices))[: len(mesh.vertices)]
     if normals is None or not normals[loose].any():
         return None

@@ -24,7 +24,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool, script: str = "") -> dict[str, Any]:
-    """Applies a filter, or a script in its place, without adding it to MeshLab's own script; returns the filter's report."""
+    """Applies a filter without adding it to MeshLab's own script; returns its report. A `script` is applied in its place."""
     with MESHLAB:
         try:
             if script:

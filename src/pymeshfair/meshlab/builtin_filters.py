@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pymeshlab
 
-from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Parameter, Percentage, Point
+from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Parameter, Percentage, Point, as_float
 from ..errors import ParameterError, UnknownNameError
 from .base import BASE, MESHLAB, FilterParameterError, UnknownFilterError, apply_filter
 
@@ -22,10 +22,12 @@ class BuiltinFilters:
         self._meshset, self._current, self.verbose = meshset, current, verbose
 
     def apply(self, declared: Filter, values: Mapping[str, Any], script: Callable[[], str]) -> dict[str, Any]:
-        """Applies a filter; where numbers are beyond bounds, which a script has not, the `script` of this step."""
+        """Applies a filter; if a number is beyond its bounds it applies `script`, the step as a script, which has no bounds."""
         converted = self._for_meshlab(declared, values)
         try:
-            text = script() if self._is_beyond_bounds(declared, converted) else ""
+            if is_beyond := self._is_beyond_bounds(declared, converted):
+                checked(declared, values)  # the script lacks values that no script can have
+            text = script() if is_beyond else ""
             return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=text)
         except pymeshlab.PyMeshLabException:
             checked(declared, dict.fromkeys(values.keys() - declared.defaults.keys()))  # a wrong name gets a suggestion
@@ -37,9 +39,9 @@ class BuiltinFilters:
     def _is_beyond_bounds(self, declared: Filter, values: Mapping[str, Any]) -> bool:
         """Whether a number is beyond bounds that MeshLab computes from the mesh; a call of pymeshlab would take the bound."""
         free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
-        given = {name: values[name] for name in free if isinstance(values.get(name), float | int)}
+        given = {name: values[name] for name in free if isinstance(values.get(name), float) and math.isfinite(values[name])}
         used = self.ask(declared.python_name, **values) if given else {}
-        return any(math.isfinite(number) and np.float32(number) != np.float32(used[name]) for name, number in given.items())
+        return any(not math.isclose(number, used[name], rel_tol=1e-7, abs_tol=1e-37) for name, number in given.items())
 
     def ask(self, name: str, **values: Any) -> dict[str, Any]:
         """Returns all values that pymeshlab's filter of that name would run with on the current layer."""
@@ -95,7 +97,7 @@ class BuiltinFilters:
             return pymeshlab.Color(*value)
         if isinstance(parameter, Point | Matrix) and isinstance(value, tuple):
             return np.array(value, dtype=np.float64)
-        return value
+        return (as_float(value) or value) if isinstance(parameter, Float) else value
 
     def _is_of_diagonal(self, declared: Filter, parameter: Parameter, layer: _Current) -> bool:
         """Whether MeshLab's percentages of this parameter refer to the diagonal; a few refer to another length."""
@@ -113,7 +115,8 @@ class BuiltinFilters:
         if isinstance(parameter, Color):
             return parameter.check((used.red(), used.green(), used.blue(), used.alpha()))
         if isinstance(parameter, Float):
-            number = float(typed) if isinstance(typed, float | int) else _shortest(used)
+            number = as_float(typed)
+            number = _shortest(used) if number is None else number
             # MeshLab's own defaults may be out of range by a rounding error.
             low, high = (number if bound is None else bound for bound in (parameter.minimum, parameter.maximum))
             return parameter.check(min(max(number, low), high))
@@ -121,9 +124,8 @@ class BuiltinFilters:
 
     def _length(self, declared: Filter, parameter: Percentage, used: float, typed: Any, layer: _Current) -> Any:
         length = as_length(typed)
-        if isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
-            return length
-        if isinstance(length, Length) and self._is_of_diagonal(declared, parameter, layer):
+        is_kept = isinstance(typed, str | Length) or (isinstance(length, Length) and length.unit != "percent")
+        if is_kept or (isinstance(length, Length) and self._is_of_diagonal(declared, parameter, layer)):
             return length
         default = parameter.default
         scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)

@@ -293,27 +293,26 @@ def _of_pyvista(mesh: Any) -> Arrays:
         count = int(lines[0])
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
-    pieces, others = [], mesh.n_lines + mesh.n_verts
-    last = mesh.n_cells - mesh.n_strips
+    others, last, pieces = mesh.n_lines + mesh.n_verts, mesh.n_cells - mesh.n_strips, []
     # VTK's triangulation mixes up the values of cells of several kinds: points and lines come first, strips last.
-    for kind, rows in (("faces", slice(others, last)), ("strips", slice(last, mesh.n_cells))):
-        if rows.start < rows.stop:
-            piece = type(mesh)(mesh.points, **{kind: getattr(mesh, kind)})
-            piece.cell_data.update({name: values[rows] for name, values in mesh.cell_data.items()})
-            pieces.append(piece.triangulate())
-    faces = np.concatenate([np.zeros((0, 3)), *(piece.regular_faces for piece in pieces)])
+    for kind, start, end in (("faces", others, last), ("strips", last, mesh.n_cells)):
+        piece = mesh
+        if 0 < end - start < mesh.n_cells:
+            piece = importlib.import_module("pyvista").PolyData(mesh.points, **{kind: getattr(mesh, kind)})
+            piece.cell_data.update({name: values[start:end] for name, values in mesh.cell_data.items()})
+        pieces += [piece.triangulate()] if start < end else []
+    faces = np.concatenate([np.empty((0, 3), np.int64), *(piece.regular_faces for piece in pieces)])
     arrays = Arrays(_numbers(mesh.points), _indices(faces), _indices(np.concatenate(edges)))
     of_cells, arrays.of_vertices = _values(mesh.cell_data), _values(mesh.point_data)
     if pieces:
         arrays.of_faces = {name: np.concatenate([piece.cell_data[name] for piece in pieces]) for name in of_cells}
     if others and of_cells:
         arrays.lost.append(f"values of line and point cells are not taken: {', '.join(sorted(of_cells))}")
-    uv = mesh.active_texture_coordinates
-    if uv is not None:
+    if (uv := mesh.active_texture_coordinates) is not None:
         arrays.uv = _numbers(uv)
         arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    normals = _pop(arrays.of_vertices, _NORMALS, (3,))
-    arrays.normals = None if normals is None else _numbers(normals)
+    if (normals := _pop(arrays.of_vertices, _NORMALS, (3,))) is not None:
+        arrays.normals = _numbers(normals)
     arrays.colors = arrays.rgba(_pop(arrays.of_vertices, _COLORS, (3, 4)), len(arrays.vertices))
     arrays.face_colors = arrays.rgba(_pop(arrays.of_faces, _COLORS, (3, 4)), len(arrays.faces))
     arrays.omit("MeshLab does not take", field_data_of_PyVista=fields)

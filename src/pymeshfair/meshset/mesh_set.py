@@ -205,7 +205,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __repr__(self) -> str:
         """Returns a line for each layer: its id, with ``*`` for the current layer, its name and its size."""
-        current = self.current_mesh_id() if self.mesh_number() else -1
+        current = self.current_mesh_id() if self._bench.has_current() else -1
         lines = []
         for mesh in self:
             counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))

@@ -88,8 +88,7 @@ def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
     """Makes the method that applies a filter."""
 
     def method(self: Any, **parameters: Any) -> dict[str, Any] | None:
-        # methods of pymeshlab return None in place of an empty dictionary
-        return self.apply_filter(declared.python_name, **parameters) or None
+        return self.apply_filter(declared.python_name, **parameters) or None  # as methods of pymeshlab do for no report
 
     method.__name__ = declared.python_name
     method.__qualname__ = f"MeshSet.{declared.python_name}"
@@ -101,13 +100,9 @@ def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
 
 def _signature(declared: Filter) -> inspect.Signature:
     this = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    others = [
-        inspect.Parameter(
-            p.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=... if p.default is None else shown_default(p),  # Ellipsis if MeshLab computes it from the mesh
-            annotation=_annotation(p),
-        )
+    kind = inspect.Parameter.KEYWORD_ONLY
+    others = [  # the default is an Ellipsis if MeshLab computes it from the mesh
+        inspect.Parameter(p.name, kind, default=... if p.default is None else shown_default(p), annotation=_annotation(p))
         for p in declared.parameters
     ]
     return inspect.Signature([this, *others], return_annotation=dict[str, Any] | None)

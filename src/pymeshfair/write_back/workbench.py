@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 from typing import Any
@@ -82,7 +82,9 @@ class Workbench:
     helper_ids: list[int] = field(default_factory=list, init=False)
 
     def has_current(self) -> bool:
-        return bool(BASE.mesh_number(self.meshset))
+        with suppress(pymeshlab.PyMeshLabException):  # also in a set with layers none of which has become the current one
+            return bool(BASE.current_mesh_id(self.meshset) >= 0)
+        return False
 
     def current(self) -> View:
         """Returns the current layer as it is now, or an empty one if there is none."""
@@ -105,7 +107,9 @@ class Workbench:
         if mesh.has_wedge_tex_coord():
             face["wedge_texture_coordinates"] = partial(wedges_of, mesh)
         return MeshData(
-            **dict[str, Any]((name, read_array(mesh, name)) for name in ("vertices", "faces", "edges")),
+            vertices=read_array(mesh, "vertices"),
+            faces=read_array(mesh, "faces"),
+            edges=read_array(mesh, "edges"),
             vertex_attributes=LazyAttributes(vertex),
             face_attributes=LazyAttributes(face),
             matrix=np.array(mesh.transform_matrix()),

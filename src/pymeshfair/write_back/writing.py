@@ -56,7 +56,6 @@ class _Before:
         self._wedges = wedges_of(mesh)
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Restores the layer; returns the names of the lost data."""
         lost = []
 
         def restore(what: str, write: Callable[..., None], *values: Any) -> None:
@@ -92,7 +91,7 @@ def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tu
 
     If adding elements fails or is interrupted, the mesh is restored (`undone_on_failure`); an interrupted deletion is not undone.
     """
-    mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
+    mesh = BASE.current_mesh(bench.meshset) if bench.has_current() else None
     notes: tuple[str, ...] = ()
     if mesh is not None:
         try:
