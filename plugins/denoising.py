@@ -18,7 +18,7 @@ from pymeshfair.filters.topology import BorderPolicy, border_vertices, reference
 from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
 
 CHOICE = Enum(
-    help="How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a large mesh, "
+    help="How automatic parameters are chosen. 'held_out': tries about 150 settings on the mesh, or on patches of a large mesh, "
     "and takes one of the settings with the least estimated error. 'fixed': takes all-round values without trials."
 )
 SPACE_KERNEL = Enum(choices=("auto", *denoising.SPACE_KERNELS), advanced=True)  # `Enum()` would list 'constant' last

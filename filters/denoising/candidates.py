@@ -97,6 +97,7 @@ REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
         (AutomaticParameters("bilateral", "truncated_l1", 1.0, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
+        (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (5, 10, 20)),
         (AutomaticParameters("bilateral", "gaussian", 0.25, 0.0, 2.5, "two_ring", 10, 0), (2, 5, 10, 20, 40)),
         (AutomaticParameters("bilateral", "gaussian", 0.4, 0.0, 2.5, "two_ring", 10, 0), (2, 5, 10, 20, 40)),
         (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 6, 8, 11)),
@@ -137,7 +138,6 @@ class SettingsTried:
         alone: bool = False,
         rounding: RoundingPolicy = "keep",
     ) -> None:
-        """Lists the labels and builds the adjacency."""
         of_alone, direction = of.relaxation_direction or "all", of.relaxation_direction or direction_for(scan.noise)
         outliers: Outliers = "keep" if scan.replaced is None else "replace"
 

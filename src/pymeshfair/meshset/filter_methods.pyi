@@ -1121,7 +1121,7 @@ class FilterMethods(metaclass=LateMethods):
                 turns faces over, but round the edges, which the filter sharpens again. Takes a whole number from 0 to 10000, or
                 'auto'.
             relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
-            choice: How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a
+            choice: How automatic parameters are chosen. 'held_out': tries about 150 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out
@@ -1599,7 +1599,7 @@ class FilterMethods(metaclass=LateMethods):
                 jump across a thin wall. A larger neighbourhood smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More iterations smooth more. Takes
                 a whole number from 1 to 10000, or 'auto'.
-            choice: How automatic parameters are chosen. 'held_out': tries about 130 settings on the mesh, or on patches of a
+            choice: How automatic parameters are chosen. 'held_out': tries about 150 settings on the mesh, or on patches of a
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
             selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as
