@@ -263,7 +263,7 @@ def test_meshes_of_a_class_made_from_that_of_pyvista_are_taken() -> None:
     """The constructor of such a class is its own."""
     pyvista = pytest.importorskip("pyvista")
 
-    class Scan(pyvista.PolyData):  # type: ignore[misc]
+    class Scan(pyvista.PolyData):  # type: ignore[misc, name-defined]
         """A mesh with a name."""
 
         def __init__(self, name: str, *content: Any, **cells: Any) -> None:

@@ -435,7 +435,7 @@ def test_numbers_beyond_bounds_of_the_mesh_may_be_of_numpy(number: Any) -> None:
 
 
 @pytest.mark.parametrize("values", [{"axisx": 1e39}, {"axisx": 300_000, "axisy": float("nan")}])
-def test_numbers_that_no_script_can_have_are_refused_beyond_bounds(values: dict[str, float]) -> None:
+def test_numbers_that_no_script_can_have_are_refused_beyond_bounds(values: dict[str, Any]) -> None:
     """The script that takes the place of the call would lack them, and do something else."""
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
