@@ -53,7 +53,7 @@ def parameters_for_mesh(
 
 
 def notes_of_choice(made: AutomaticChoice | None, set_values: Mapping[str, Any], *, is_open: bool) -> tuple[str, ...]:
-    """Notes on a choice without set values: on a clean mesh, and on shared noise (not rounding) if the mesh `is_open`."""
+    """Notes on a choice without set values: on a clean mesh, and on correlated noise (not rounding) if the mesh `is_open`."""
     if made is None or set_values:
         return ()
     if made.kind == "clean":

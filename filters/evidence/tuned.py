@@ -30,13 +30,13 @@ SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
 #: Two levels differ if their ratio is larger than this. The prediction error of filters that remove details is at least 1.22
-#: times the noise level, that of others up to 1.18 times. In uneven noise, residuals beside outliers are 1.2 times as large.
+#: times the noise level, that of others up to 1.18. In uneven noise, residuals beside outliers are over 1.2 times the others.
 LARGER = 1.2
 #: The share of the mesh that counts as its calmest part. The noise there is a lower bound of the noise of the mesh.
 CALMEST = 0.05
 #: Where noise is equally strong everywhere, its level is this multiple of the level in the calmest part (measured: 1.2 to 1.5).
 EVEN = 1.3
-#: The size of details on clean surfaces. Smaller deviations are neither clipped nor outliers, and are no sign of uneven noise.
+#: The size of details on clean surfaces. Smaller deviations are not clipped, not far in `far_from`, and no sign of uneven noise.
 WEAK = 0.05
 
 # Impulse noise.

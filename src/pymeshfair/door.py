@@ -350,7 +350,7 @@ def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], f
 
 
 def _continued(values: NDArray[Any], sent: Any, ids: NDArray[np.int64], points: Any) -> NDArray[Any]:
-    """Returns the values, at new points those of the nearest old point: MeshLab leaves them undefined if it changes no others."""
+    """If MeshLab changed no value of old points, values of new points are undefined: they get that of the nearest old point."""
     new = ids < 0
     is_changed = sent is None or not np.array_equal(values[~new], sent[ids[~new]], equal_nan=True)
     if new.any() and not is_changed and np.isfinite(points).all():

@@ -297,7 +297,7 @@ def run_job(
         interrupts.check()
         _check_outputs(job)
         files = [*side_files, *report.maps, output, *further]
-        # A killed run can begin again: it knows its files by the provenance, which comes first, and its report comes last.
+        # The provenance lets a killed run begin again, so it comes first; beside an output with other bytes it would be false.
         if not job.output.exists() or recorded_digest(read_provenance(job.output), job.output) == report.output["sha256"]:
             place([provenance, *files], stage, outdated=[*former_maps])
         else:
