@@ -9,7 +9,7 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-#: Rings of a ball. Its middle and the nearest outer vertices correlate by 0.1 to 0.2 in noise averaged twice over one-rings.
+#: Rings of a ball. In noise averaged twice over one-rings its middle and the vertices just outside correlate by 0.1 to 0.2.
 BALL = 2
 # Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a mask, or the seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)

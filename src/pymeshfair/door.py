@@ -342,7 +342,7 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 
 
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: MeshData) -> None:
-    """Sets the number of a face to -1 if its corners were at other places than those of the original face."""
+    """Sets the number of a face to -1 if, before the filter, its corners were at other places than those of that face."""
     old = np.flatnonzero(of_faces >= 0)
     place_of = np.append(numbered(before.vertices)[1], -1)  # the last one is that of new vertices
     corners, originals = np.sort(place_of[[of_vertices[faces[old]], before.faces[of_faces[old]]]], axis=2)
@@ -350,7 +350,7 @@ def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], f
 
 
 def _continued(values: NDArray[Any], sent: Any, ids: NDArray[np.int64], points: Any) -> NDArray[Any]:
-    """If MeshLab changed no value of old points, values of new points are undefined: they get that of the nearest old point."""
+    """Gives new points the value of the nearest old point, if no old value changed: then MeshLab left the new ones undefined."""
     new = ids < 0
     is_changed = sent is None or not np.array_equal(values[~new], sent[ids[~new]], equal_nan=True)
     if new.any() and not is_changed and np.isfinite(points).all():

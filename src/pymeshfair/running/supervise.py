@@ -48,7 +48,7 @@ class Interrupted(BaseException):
 class Interrupts:
     """Defers SIGINT, SIGTERM and SIGHUP: inside the block they go into a queue; after it the first signal has its usual effect.
 
-    So no signal interrupts the clean-up. Signals for which the program has a handler keep it; only the main thread gets any.
+    So no signal interrupts the clean-up. Handlers that the program has set stay. Outside of the main thread nothing is deferred.
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
