@@ -25,7 +25,7 @@ def test_a_parameter_of_the_filter_is_in_all_chains() -> None:
     """Chains that differ in nothing else become one, with the stops of both."""
     left = REPERTOIRE.narrowed(range_sigma=0.2)
     assert {parameters.range_sigma for parameters, _ in left.chains} == {0.2}
-    assert len({parameters for parameters, _ in left.chains}) == len(left.chains) == len(REPERTOIRE.chains) - 2
+    assert len({parameters for parameters, _ in left.chains}) == len(left.chains) == len(REPERTOIRE.chains) - 3
     assert left.taubin == (0,)
     wide, narrow = REPERTOIRE.chains[2][0], REPERTOIRE.chains[3][0]
     two = REPERTOIRE._replace(chains=((wide, (4, 10, 20)), (narrow, (2, 4, 8, 14))))

@@ -331,7 +331,7 @@ def test_other_encodings_are_refused_by_name() -> None:
     found = only_problem(latin)
     assert (found.line, found.message) == (4, "is not UTF-8 text (byte 0xdf); save it as UTF-8")
     declared = b'<?xml version="1.0" encoding="ISO-8859-1"?>\n' + taubin()
-    assert "written in 'ISO-8859-1'; save it as UTF-8" in only_problem(declared).message
+    assert "written in 'ISO-8859-1', but is read as UTF-8; save it as UTF-8" in only_problem(declared).message
     assert step(b'<?xml version="1.0" encoding="UTF-8"?>\n' + taubin()).filter.name == "Taubin Smooth"
 
 

@@ -347,6 +347,6 @@ def _without_values(mesh: MeshData) -> Iterator[str]:
         if ids is None or not (new := ids < 0).any():
             continue
         lacking = [name for name in attributes if name not in standard and not attributes[name][new].any()]
-        lacking += [name for name in of_file(element) if name not in attributes]
+        lacking += [name for name in of_file(element) if name not in attributes and name != "flags"]  # flags are MeshLab's own
         if lacking:
             yield f"{new.sum():,} of {len(new):,} {elements} are new, and have 0 as {', '.join(lacking)}"
