@@ -180,7 +180,7 @@ class Whole:
     def farthest(self, vertices: Floats, place: Floats) -> tuple[float, int]:
         """Returns the greatest distance of vertices from a place, times `scale`, and the vertex there."""
         away = np.abs(vertices * self.scale - place * self.scale).max(axis=1)
-        return float(away.max(initial=-1.0)), int(away.argmax()) if len(away) else -1
+        return float(away.max()), int(away.argmax())
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,7 +277,8 @@ class NormalisedMesh:
         whole = Whole(*bounding_box(vertices)) if count > 0 else Whole(np.zeros(3), np.zeros(3))
         place = whole.place_if_far(self.vertices[cells[chosen] if len(cells) else chosen[:, None] + [0, 1]])
         if place is not None:
-            raise Whole.far_vertex(i := int(self.used[whole.farthest(vertices, place)[1]]), self.vertices[i])
+            i = int(self.used[whole.farthest(vertices, place)[1]])
+            raise Whole.far_vertex(i, self.vertices[i])
 
     @property
     def _listed(self) -> Ints:

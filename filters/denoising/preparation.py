@@ -223,11 +223,11 @@ def causes_of_folds(vertices: Floats, faces: Ints, inside: Bools) -> tuple[int, 
 
 
 def notes_on_folds(before: int, after: int, faces: int, slivers: int, turned: int) -> tuple[str, ...]:
-    """Notes on the `causes_of_folds` if some faces are folded over `after` a filter; `before` it there were so many."""
+    """Notes on the `causes_of_folds`: `after` faces are folded over after a filter, `before` were so before it."""
     share = slivers / max(faces, 1)
     why = (
         f"{share:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",
         f"{turned:,} edges join faces that are oriented differently: run Re-Orient all faces coherently first",
     )
-    causes = compress(why, (share > _MANY_SLIVERS, turned > 0)) if after else ()
+    causes = compress(why, (share > _MANY_SLIVERS, turned > 0))
     return tuple(f"{after} faces are folded over, {before} were before; {cause}" for cause in causes)

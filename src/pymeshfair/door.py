@@ -23,6 +23,7 @@ from .files.ply_write import write_ply
 from .files.polygons import numbered
 from .filters.geometry import unit_vectors
 from .filters.libraries import spatial
+from .filters.mesh import scaled_to_unit
 from .filters.topology import proper_faces
 from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, read_pixels, source_ids
@@ -354,7 +355,7 @@ def _continued(values: NDArray[Any], sent: Any, ids: NDArray[np.int64], points: 
     new = ids < 0
     is_changed = sent is None or not np.array_equal(values[~new], sent[ids[~new]], equal_nan=True)
     if new.any() and not is_changed and np.isfinite(points).all():
-        scaled = np.ldexp(points, -np.frexp(np.abs(points).max())[1])  # squares of distances must neither overflow nor vanish
+        scaled, _ = scaled_to_unit(points)  # squares of distances must neither overflow nor vanish
         values[new] = values[~new][spatial.cKDTree(scaled[~new]).query(scaled[new])[1]]
     return values
 

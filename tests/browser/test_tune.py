@@ -138,21 +138,23 @@ def test_a_change_cancels_the_run_before(tuning: Any) -> None:
     assert "done in" in tuning.locator("#state").inner_text()
 
 
-def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
-    """A number below its bound is not run; its control is marked, and the message says what is allowed."""
+def type_wrong_iterations(tuning: Any, text: str) -> None:
+    """Types a text into the field of the iterations, and waits until the page marks it."""
     field = tuning.locator("[data-parameter=iterations] input[type=number]")
     field.press("Control+a")
-    field.press_sequentially("-5")
+    field.press_sequentially(text)
     tuning.wait_for_selector("[data-parameter=iterations].wrong")
+
+
+def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
+    """A number below its bound is not run; its control is marked, and the message says what is allowed."""
+    type_wrong_iterations(tuning, "-5")
     assert "a whole number from 0 to 100000" in tuning.locator("#problem").inner_text()
 
 
 def test_a_text_that_is_no_number_is_not_run(tuning: Any) -> None:
     """A field says so although the browser does not tell the page the text, and does not take the recipe's value in its place."""
-    field = tuning.locator("[data-parameter=iterations] input[type=number]")
-    field.press("Control+a")
-    field.press_sequentially("1e")
-    tuning.wait_for_selector("[data-parameter=iterations].wrong")
+    type_wrong_iterations(tuning, "1e")
     assert "takes a whole number from 0 to 100000, got 'no number'" in tuning.locator("#problem").inner_text()
     tuning.reload()
     tuning.wait_for_selector("body[data-measured='1']")

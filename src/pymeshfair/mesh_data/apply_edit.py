@@ -128,8 +128,11 @@ def moved(mesh: MeshData, vertices: Floats) -> MeshData:
 
 def _loose_normals(mesh: MeshData, vertices: Floats, faces: Ints) -> Floats | None:
     """Returns new normals, in which old vertices of no face keep theirs; None if no such vertex has one."""
-    normals, loose = mesh.vertex_attributes.get("normals"), ~mask_of(faces, len(vertices))[: len(mesh.vertices)]
-    if normals is None or not normals[loose].any():
+    normals = mesh.vertex_attributes.get("normals")
+    if normals is None:
+        return None
+    loose = ~mask_of(faces, len(vertices))[: len(mesh.vertices)]
+    if not normals[loose].any():
         return None
     computed = vertex_normals_by_angle(vertices, faces)
     computed[: len(loose)][loose] = normals[loose]

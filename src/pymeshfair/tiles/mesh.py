@@ -207,8 +207,10 @@ class MeshTiles:
         """Returns the distance, times a scale, the number and the coordinates of the vertex of a face farthest from a place."""
         tile = tile_with_rings(self.surface, first, last, 1)
         rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
+        if not len(rows):
+            return -1.0, 0, place
         away, i = whole.farthest(tile.vertices[rows], place)
-        return away, int(tile.numbers[rows[i]]) if len(rows) else 0, tile.vertices[rows[i] if len(rows) else 0]
+        return away, int(tile.numbers[rows[i]]), tile.vertices[rows[i]]
 
     def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
         """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
@@ -325,14 +327,17 @@ class FilteringTiles:
         start, end = self.surface.cells.slots_of(first, last)
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
-    def unfold(self, share: float, first: int, last: int) -> tuple[int, ...]:
-        """Moves vertices at new folds back to a share of their move; returns what `notes_on_folds` takes, from before."""
+    def unfold(self, share: float, first: int, last: int) -> tuple[int, int]:
+        """Moves vertices at new folds back to a share of their move; returns the numbers of folds before the filter and now."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))
         tile.write(self.surface.moved, denoising.going_back(before, after, tile.faces, folded_after & ~folded_before, share))
-        counts = (int(folded[tile.inside_faces].sum()) for folded in (folded_before, folded_after))
-        return *counts, *denoising.causes_of_folds(before, tile.faces, tile.inside)
+        return int(folded_before[tile.inside_faces].sum()), int(folded_after[tile.inside_faces].sum())
+
+    def causes_of_folds(self, first: int, last: int) -> tuple[int, int, int]:
+        tile = tile_with_rings(self.surface, first, last, 1, points=self.surface.before)
+        return denoising.causes_of_folds(tile.vertices, tile.faces, tile.inside)
 
 
 def cut(
@@ -396,11 +401,17 @@ def do_move(
     if filtering.outer_iterations:
         _do_rounds(filters, tiles, tasks, progress)
     share = denoising.HALF_WAY
-    while (counts := np.sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles]), axis=0).tolist())[1] > counts[0]:
+    while True:
+        folded_before, folded_after = np.sum(tasks.map(filters.unfold, [(share, *tile) for tile in tiles]), axis=0).tolist()
+        if folded_after <= folded_before:
+            break
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         share = 0.0
-    notes = report.get("notes", ()) + denoising.notes_on_folds(*counts)
-    return {**report, "folded_before": counts[0], "folded_after": counts[1], "notes": notes}
+    notes = report.get("notes", ())
+    if folded_after:
+        causes = np.sum(tasks.map(filters.causes_of_folds, tiles), axis=0).tolist()
+        notes += denoising.notes_on_folds(folded_before, folded_after, *causes)
+    return {**report, "folded_before": folded_before, "folded_after": folded_after, "notes": notes}
 
 
 def _relax(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None]) -> None:

@@ -280,7 +280,9 @@ class Conversation:
                 try:
                     await handler_of[order["do"]](order)
                 except (PymeshfairError, OSError) as error:
-                    location = vars(error) if isinstance(error, ChoiceError) else {}
+                    location: dict[str, Any] = {}
+                    if isinstance(error, ChoiceError):
+                        location = {"step": error.step, "parameter": error.parameter}
                     await self._send("problem", message=str(error), asked=order.get("asked"), **location)
                 except (KeyError, TypeError, ValueError):
                     await self._send("problem", message="the page sent an unknown request; load the page again")
