@@ -153,10 +153,9 @@ class SettingsTried:
             self.labels += [[Setting(outliers="only")], *(family(0, chain, "only") for chain in of.chains)]
         self._outline = border_vertices(scan.faces, len(scan.points)) & (scan.whole and border == "along")
         self._adjacency = Adjacency.of(normalised_mesh(np.zeros_like(scan.points), scan.faces), ends=scan.whole)
-        # Fills the cache before several threads read it.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
             if kind in RINGS_OF_NEIGHBORHOOD:
-                self._adjacency.around(kind)
+                self._adjacency.around(kind)  # fills the cache before several threads read it
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """Returns the results of each family for (n, 3) points in units of the mean edge; `held` are the held-out vertices.

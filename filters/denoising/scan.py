@@ -38,10 +38,8 @@ Label = TypeVar("Label")
 NONE_HELD = np.empty(0, dtype=np.int32)
 # Factor of the added noise in `choose_by_risk`: too small to change the weights of a filter, far larger than rounding errors.
 _LITTLE = 0.1
-# Number of regions whose means give the standard errors, since single edges are not independent of their neighbours.
-_REGIONS = 100
-# Meshes with more faces are sampled by patches: many small ones, since shapes differ between places.
-_WHOLE = 20_000
+_REGIONS = 100  # means of regions give the standard errors, since single edges are not independent of their neighbours
+_WHOLE = 20_000  # meshes with more faces are sampled by patches: many small ones, since shapes differ between places
 
 
 @dataclass(frozen=True)

@@ -133,11 +133,14 @@ def cross_validate(
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
+    # A vertex may be in several sets. A small last coordinate puts equal places in the order of the sets, whatever the numbering.
+    set_of = np.repeat(np.arange(len(held)), [len(mask) for mask in held])
+    in_order = np.column_stack([points[np.concatenate(held)], 1e-3 * set_of])
     for number, mask in enumerate(held):
         sets.append(np.full((len(kept), len(mask)), np.inf))
         share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
-        places = points[np.concatenate(held[: number + 1])]
-        near = spatial.cKDTree(places).query(places, min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
+        places = in_order[set_of <= number]
+        near = spatial.cKDTree(places).query(places * (1, 1, 1, 0), min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
         if number == 0:
             kept = _race(run(mask), labels, deviate, share_flipped, sets[0], flipped, near, share)
         else:
