@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import check_positive
 from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
 from ..evidence import (
     Choice,
@@ -31,7 +32,7 @@ from ..topology import OneRings, one_rings
 # Degree 1 with 40 neighbours smooths more than degree 2 with 90: it serves flat clouds.
 _TRIED = {1: ((6, 8, 12, 18, 40), (0.5, 1.0, 4.0), 3), 2: ((18, 27, 40, 60, 90), (1.0,), 4)}
 # Clouds above `_WHOLE` points are sampled by `_PATCHES` patches of `_POINTS` points. Only the `_INNER` middle points of a patch
-# are held out: the patch contains nearly all of their 40 nearest neighbours, and most of their 90 nearest.
+# may be held out: the patch contains nearly all of their 40 nearest neighbours, and most of their 90 nearest.
 _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
 # Number of nearest points used as a one-ring; numbers of neighbours and iterations for the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
@@ -85,6 +86,8 @@ def chosen_projection(
     """
     coordinates = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
+    given = (("range_sigma", range_sigma), ("space_sigma", space_sigma))
+    sigmas = [sigma if sigma is None else check_positive(name, sigma) for name, sigma in given]
     cloud = normalised_mesh(coordinates, np.empty((0, 3), dtype=np.int32), movable)
     sampled = _sampled(cloud)
     if sampled is None:
@@ -96,8 +99,7 @@ def chosen_projection(
     held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None
-    sigmas = (sigma and sigma * cloud.scale / spacing for sigma in (range_sigma, space_sigma))
-    kernels = CloudKernels(range_kernel, space_kernel, *sigmas)
+    kernels = CloudKernels(range_kernel, space_kernel, *(sigma and sigma * cloud.scale / spacing for sigma in sigmas))
     families = [[Projection()], *_families(local, axes, kernels)]
     costs = np.zeros(len(local))
 

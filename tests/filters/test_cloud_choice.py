@@ -155,3 +155,10 @@ def test_clouds_that_are_no_clouds() -> None:
     assert chosen_projection(np.zeros((100, 3))) is None
     assert chosen_projection(np.outer(np.arange(100.0), [1.0, 2.0, 3.0])) is None
     assert chosen_projection(cloud("ball")[:7]) is None
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_a_scale_out_of_range_is_named_as_it_was_given(noise: float) -> None:
+    """The error has the caller's value, not the value in spacings, and clean clouds raise it too."""
+    with pytest.raises(FilterInputError, match=r"range_sigma is -1\.0: it must be finite and above 0"):
+        chosen_projection(cloud("ball", noise), range_sigma=-1.0)
