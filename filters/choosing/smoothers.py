@@ -44,7 +44,7 @@ def chosen_amount(
         faces: (m, 3) triangles.
         smooth: the smoother.
         amounts: the amounts to try, ascending; 0 (no smoothing) is tried, too.
-        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
+        movable: (n,) bool, which vertices may move, None for all. Errors at fixed vertices do not count.
         seed: selects the held-out vertices and the noise that `Scan.choose_by_risk` adds.
         progress: called while amounts are tried; may raise to stop.
 
@@ -106,8 +106,8 @@ def compare_smoothers(
     Arguments and exceptions are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
     Returns:
-        The choice; its trials are no smoothing and each family with its best amount. Left out are families whose equations
-        cannot be solved, and a normal filtering that does nothing. None if the scan is clean or no vertex can be held out.
+        The choice. Its trials: no smoothing; each family with its best amount, unless its equations cannot be solved or all its
+        amounts are dropped; normal filtering, unless it does nothing. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)

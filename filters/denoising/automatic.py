@@ -44,7 +44,7 @@ def automatic_choice(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         border: see `normal_filtering`.
-        movable: (n,) bool, which vertices may move, None for all. Fixed vertices are not used as evidence.
+        movable: (n,) bool, which vertices may move, None for all. Errors at fixed vertices do not count.
         seed: selects the held-out vertices.
         repertoire: the settings for cross-validation, see `Repertoire.narrowed`.
         progress: called with the finished share; may raise to stop.

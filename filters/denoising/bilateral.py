@@ -30,8 +30,8 @@ _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
-# A sum of normals times areas is a rounding error up to this share of the summed areas, a mollified triangle's area up to this
-# share of the triangle's own. Vectors up to `_SMALLEST` have no direction.
+# Rounding errors are sums of normals times areas that are at most `_CANCELLED` times the summed areas, and areas of mollified
+# triangles that are at most `_CANCELLED` times the areas before. Vectors up to `_SMALLEST` have no direction.
 _CANCELLED, _SMALLEST = 1e-8, 1e-100
 # The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32
@@ -187,9 +187,9 @@ def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: F
 def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> float:
     if sigma is None:
         return automatic
-    scaled = check_positive(name, sigma, note="; None takes it from the mesh") * scale
+    scaled = check_positive(name, sigma, note="; None takes it from the input") * scale
     if not 1.0 / _EXTREME < scaled < _EXTREME:
-        raise FilterInputError(f"{name} {sigma} is far too small or too large for the mesh; without it the mesh gives the value")
+        raise FilterInputError(f"{name} {sigma} is far too small or too large for the input; None takes it from the input")
     return scaled
 
 

@@ -24,7 +24,7 @@ from .vertex_update import VertexUpdate
 
 @dataclass(frozen=True)
 class AutomaticParameters:
-    """The arguments of `normal_filtering`, under the same names."""
+    """Arguments of `normal_filtering`, under the same names."""
 
     method: NormalFilterMethod
     range_kernel: KernelName
@@ -66,7 +66,7 @@ class Repertoire(NamedTuple):
     relaxations: tuple[int, ...]  # numbers of pairs of Taubin steps before the chains
     chains: tuple[Chain, ...]
     taubin: tuple[int, ...] = (0, 1, 2, 3, 5, 8, 12, 18, 28)  # numbers of pairs of Taubin steps alone; 0 does nothing
-    relaxation_direction: RelaxationDirection | None = None  # None: all directions for Taubin steps alone, else `direction_for`
+    relaxation_direction: RelaxationDirection | None = None  # None: "all" for Taubin steps alone, `direction_for` before chains
     outliers: Outliers | None = None  # treatment of outliers; None takes it from the mesh
 
     def narrowed(
@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The repertoire with these values; outer_iterations=0 removes `chains`, else `filtering` leaves only 0 in `taubin`."""
+        """The repertoire with these values: no `chains` with outer_iterations=0; else only 0 in `taubin` with any `filtering`."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])

@@ -135,7 +135,7 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
     """Returns (m, 3) unit normals, each the direction of least variance of a point and its neighbours, of arbitrary sign.
 
     If the neighbours coincide or lie on a line, the direction is arbitrary, too. `indices` has the (m, k) neighbours of the first
-    m points, k at least 2. More neighbours give steadier normals and round off edges.
+    m points. More neighbours give steadier normals and round off edges.
     """
     normals = np.empty((len(indices), 3))
     for part in blocks(len(indices)):

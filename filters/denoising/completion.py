@@ -46,7 +46,7 @@ def parameters_for_mesh(
     made = automatic_choice(vertices, faces, repertoire=tried, **options)
     if made.setting.parameters is not None:
         chosen = asdict(made.setting.parameters)
-    else:  # normal filtering has 0 rounds; with given parameters it has the default number of rounds
+    else:  # without given parameters no normal filtering, else the default number of rounds
         chosen = {} if set_values else {"outer_iterations": 0}
     before = {name: getattr(made.setting, name) for name in PREPARATION}
     return {**DEFAULTS, **chosen, **before, **set_values}, made

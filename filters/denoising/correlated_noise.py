@@ -43,7 +43,7 @@ def setting_of_rounded(
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
     is smooth once the rounding is undone, distances up to the noise of the rounded mesh are allowed, too [morozov1966]. `other`
-    is better if its result is at least as flat as the chosen one. Fixed vertices do not count.
+    is better if its result is at least as flat as the chosen one.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -75,7 +75,7 @@ def setting_of_shared(
     """Chooses the setting for noise that neighbours share; None without such noise, or if no filter improves the mesh.
 
     The covariance of the noise, for `Scan.choose_by_risk`, is measured where the mesh is calm. `noise` is from `estimate_noise`.
-    Fixed vertices do not count. If such noise is in doubt, the choice must halve the root mean square error of edge vectors.
+    If such noise is in doubt, the choice must halve the root mean square error of edge vectors.
     """
     shared, fits, in_doubt = _shared(mesh.points, mesh.cells, noise)
     if shared == 0.0:
@@ -95,12 +95,12 @@ def setting_of_shared(
 def setting_by_balls(
     scan: Scan, tried: SettingsTried, choice: Choice[Setting], *, border: BorderPolicy
 ) -> Choice[Setting] | None:
-    """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if that of `choice` leaves no shared noise.
+    """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if `choice` leaves no shared noise.
 
-    `choice`, made with held-out vertices, leaves such noise if four things hold. More than half of the vertices are scored. It
-    predicts balls worse by more than two standard errors. It leaves a median angle between adjacent faces of over 7 times that
-    of the setting that predicts balls best. The two results differ evenly: the ratio of deciles of their local differences is
-    below 1.2 times that of smoothed white noise.
+    `choice` was made with held-out vertices. Its setting leaves such noise if more than half of the vertices are scored, and
+    three things hold in comparison with the setting that predicts balls best: its error at balls is larger by more than two
+    standard errors; the median angle between adjacent faces is over 7 times as large; and the two results differ evenly, with a
+    ratio of deciles of local differences below 1.2 times that of smoothed white noise.
     """
     pairs, _ = face_adjacency(scan.faces)
 

@@ -98,7 +98,7 @@ def filter_face_normals(
 ) -> Floats:
     """Returns (m, 3) the filtered unit normals of the faces and moves no vertex; arguments as in `normal_filtering`.
 
-    A face without area gets the normal of its surroundings, or 0 if there is none.
+    A face without area gets a mean normal of its neighbours, or 0 if all their weights are 0.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.

@@ -188,7 +188,7 @@ def rings_of_relaxation(iterations: int) -> int:
 def unfolded(before: Floats, after: Floats, faces: Ints) -> Floats:
     """Returns (n, 3) the vertices `after` a filter, some moved back if the filter has increased the number of `folded_faces`.
 
-    Vertices go back by half of their move, then by all of it, see `going_back`; at least one does each time, so that this ends.
+    Vertices go back by half of their move, then by all of it, see `going_back`. Each pass moves a vertex back, so this ends.
     """
     folded, share = folded_faces(before, faces), HALF_WAY
     while np.count_nonzero(now := folded_faces(after, faces)) > np.count_nonzero(folded):
@@ -223,7 +223,7 @@ def causes_of_folds(vertices: Floats, faces: Ints, inside: Bools) -> tuple[int, 
 
 
 def notes_on_folds(before: int, after: int, faces: int, slivers: int, turned: int) -> tuple[str, ...]:
-    """Notes on the `causes_of_folds`: `after` faces are folded over after a filter, `before` were so before it."""
+    """Notes on the `causes_of_folds`; `before` and `after` are the numbers of folded faces before and after a filter."""
     share = slivers / max(faces, 1)
     why = (
         f"{share:.0%} of the triangles are slivers, which noise folds over: remesh first, or use Taubin Fairing",

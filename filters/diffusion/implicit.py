@@ -31,10 +31,8 @@ _ROUNDING = 2.0**-47  # the relative rounding error of a diagonal entry
 _LEAST_VOLUME = 1e-9
 # The largest factor by which a component is scaled: larger factors would magnify the solver's error, 1e-10 diagonals, too much.
 _LARGEST_GROWTH = 1e3
-# How often `dimensions_restored` adds back the loss, the motion along normals.
-_TIMES = 2
-# How often the loss is smoothed before each addition.
-_PASSES = 2
+# How often `dimensions_restored` adds back the loss, the motion along normals; and how often it smooths the loss before that.
+_TIMES, _PASSES = 2, 2
 _SOLVES = _TIMES * _PASSES
 
 
@@ -43,7 +41,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
 
     A wave of length l has the frequency omega = 2 pi / l. Each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
     t = (2^(1 / iterations) - 1) (l / 2 pi)^2. With `keep_dimensions` the factor is 1 - (1 - s) (1 - s^2)^2, and t is longer.
-    It holds for "cotangent" and "robust" on a surface that is smooth at this scale, and for "scale_dependent" on curves.
+    The factors hold for "cotangent" and "robust" on a surface that is smooth at this scale, and for "scale_dependent" on curves.
 
     Args:
         detail_size: l, in mesh units. Larger is smoother.

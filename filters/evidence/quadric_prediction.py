@@ -1,6 +1,6 @@
 """Predicts the height of a vertex by a least-squares quadric through its two rings: its neighbours and their neighbours.
 
-In this module `points` are (n, 3) coordinates of a size around 1, `rings` their one-rings, `normals` (n, 3) unit normals, and
+In this module `points` are (n, 3) coordinates with edges of about 1, `rings` their one-rings, `normals` (n, 3) unit normals, and
 `chosen` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from fits and medians.
 """
 

@@ -13,10 +13,10 @@ STAYS = 2.0
 MASKS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
-#: The median in `CLIP` is taken over so many held-out vertices near a vertex. On a house with noise of 0.05 and 0.3 edges on its
+#: Number of held-out vertices near a vertex that give the median for `CLIP`. On a house with noise of 0.05 and 0.3 edges on its
 #: halves the mean angle is 1.03 times that of the best setting, 1.7 with one median of all. Not tuned: 40 and 90 do as well.
 NEAR = 60
-#: A flipped face counts as a deviation of so many edges. Without it up to 2.8 with sparse noise; 0.2 to 0.5 choose alike.
+#: A flipped face counts as a deviation of this size. Without it up to 2.8 with sparse noise; 0.2 to 0.5 choose alike.
 FLIPPED = 0.3
 
 # No noise.
