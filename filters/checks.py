@@ -53,12 +53,12 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
         FilterInputError: not an integer, or out of range: "iterations is 2.5: it must be a whole number of at least 0". The
             message ends with `note`: a punctuation mark, then an explanation of the value, or the remedy.
     """
-    if isinstance(value, Integral) and not isinstance(value, bool):
-        number = int(value)
-        if number >= least and (most is None or number <= most):
-            return number
+    highest = math.inf if most is None else most
+    if isinstance(value, Integral) and not isinstance(value, bool) and least <= int(value) <= highest:
+        return int(value)
     allowed = f"of at least {least}" if most is None else f"from {least} to {most}"
-    written = f", written {value:.0f}" if isinstance(value, float | np.floating) and float(value).is_integer() else ""
+    is_whole = isinstance(value, float | np.floating) and float(value).is_integer() and least <= value <= highest
+    written = f", written {value:.0f}" if is_whole else ""
     raise FilterInputError(f"{name} is {_shown(value)}: it must be a whole number {allowed}{written}{note}")
 
 

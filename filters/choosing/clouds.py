@@ -126,7 +126,7 @@ def chosen_projection(
 
 
 def _sampled(cloud: NormalisedMesh) -> "tuple[CloudSample, Ints, float, int] | None":
-    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None: no choice can be made.
+    """Returns a sample, its indices in the cloud, the spacing and the reduction 4^k; None if the cloud is clean or unusable.
 
     The points are reduced to a random quarter, k times, until noise is below half a spacing or residuals hardly correlate.
     """

@@ -24,6 +24,7 @@ def test_whole_numbers_come_back_as_int(value: object) -> None:
         (2.5, "iterations is 2.5: it must be a whole number of at least 0"),
         (2.0, "iterations is 2.0: it must be a whole number of at least 0, written 2"),
         (np.float64(2.0), "iterations is 2.0: it must be a whole number of at least 0, written 2"),
+        (-1.0, "iterations is -1.0: it must be a whole number of at least 0"),
         (math.nan, "iterations is nan: it must be a whole number of at least 0"),
         (math.inf, "iterations is inf: it must be a whole number of at least 0"),
         (True, "iterations is True: it must be a whole number of at least 0"),
