@@ -56,7 +56,7 @@ def explicit_smoothing(
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum of
             the cotangents opposite it; along borders (2 p_i + p_prev + p_next) / 4. `step` is not used. Negative cotangents are
             kept, but a vertex stays if its w_ij sum to 0 or less.
-        whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If its vertices and faces keep their order, a
+        whole: the mesh of which `faces` are a part; None if they are all of it. If vertices and faces keep its order, a
             vertex with `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
@@ -164,7 +164,7 @@ def taubin_fairing(
         iterations: number of pairs of steps. More pairs damp more, but only above the pass band.
         border: what border vertices do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. Fixed vertices still count as neighbours.
-        whole: the mesh of which `faces` are a part; None if `faces` are a whole mesh. If its vertices and faces keep their order, a
+        whole: the mesh of which `faces` are a part; None if they are all of it. If vertices and faces keep its order, a
             vertex with 2 `iterations` rings of faces around it gets the same bits as in the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
