@@ -58,7 +58,7 @@ def chosen_amount(
 
 
 def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[float] | None:
-    """See `chosen_amount`."""
+    """Returns `chosen_amount` on a scan."""
     if scan.clean:
         return None
 

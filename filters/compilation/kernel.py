@@ -321,7 +321,7 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Returns the message of a failure."""
+    """Compiles a kernel unless it is stored; returns the message of a failure."""
     compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)

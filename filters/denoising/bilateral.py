@@ -30,8 +30,8 @@ _SHARE_OF_RINGS = 0.5
 _SHARE_OF_CORNERS = 2.0
 # Squares of sigmas above `_EXTREME` or below 1 / `_EXTREME` could be out of the range of float64.
 _EXTREME = 1e150
-# Rounding errors are sums of normals times areas that are at most `_CANCELLED` times the summed areas, and areas of mollified
-# triangles that are at most `_CANCELLED` times the areas before. Vectors up to `_SMALLEST` have no direction.
+# These count as rounding errors: a sum of normals times areas, if at most `_CANCELLED` times the summed areas; and the area of a
+# mollified triangle, if at most `_CANCELLED` times its area before. Vectors up to `_SMALLEST` have no direction.
 _CANCELLED, _SMALLEST = 1e-8, 1e-100
 # The most blocks of vertices in a step; each block has its own work arrays of n entries.
 _BLOCKS = 32

@@ -55,7 +55,7 @@ def bilateral_projection(
         points: (n, 3) coordinates.
         normals: (n, 3) of any length and sign, kept through all iterations; a point with the normal 0 stays. None: estimated
             again in every iteration, see `normals_of`.
-        neighbors: their number, below n; without `normals` 1 or 2 move nothing. Larger averages over more and takes longer.
+        neighbors: their number, below n; without `normals` 1 or 2 move nothing. More average over a larger region, more slowly.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
         range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: computed from the median
@@ -164,7 +164,7 @@ def smoothed_directions(normals: Floats, indices: Ints) -> Floats:
 
 
 def unit_normals(normals: ArrayLike, n: int) -> Floats:
-    """Returns (n, 3) the normals scaled to length 1; a normal of 0 stays. Raises `FilterInputError` unless n are given."""
+    """Returns (n, 3) the normals with length 1; a normal of 0 stays. Raises `FilterInputError` unless n finite ones are given."""
     directions = check_points(normals, "normal", "normals", "a point whose normal is 0 stays")
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one per point, got {directions.shape}")

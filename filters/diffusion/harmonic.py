@@ -44,7 +44,7 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
 
 
 def harmonic_continuation(faces: Ints, fixed: Bools, *, order: Literal[1, 2]) -> Callable[[Floats], Floats]:
-    """Returns `harmonic_values` as a function of the (n, k) values, whose matrix is factorised once."""
+    """Returns `harmonic_values` as a function of the (n, k) values; its matrix is factorised only once."""
     ends, n = edges(np.ascontiguousarray(faces, dtype=np.int32)), len(fixed)
     graph = sparse.csr_array((np.ones(2 * len(ends)), (ends.T.ravel(), ends[:, ::-1].T.ravel())), shape=(n, n))
     count, label = sparse.csgraph.connected_components(graph, directed=False)
