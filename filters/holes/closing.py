@@ -19,7 +19,7 @@ from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_
 #: The energies that `fair_region` may minimise to place new vertices, from low to high; "none" leaves the vertices in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
-# The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
+# The share of the first patches in the progress of `close_holes`, and of triangulation in the progress of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
 #: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, not below `FINEST` of their length.
 SHARP, FINEST = 1.2, 0.25
@@ -60,7 +60,7 @@ def close_holes(
     selected: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> HoleFilling:
-    """Closes the holes of a mesh with up to `max_edges` border edges [liepa2003].
+    """Closes the holes with up to `max_edges` border edges [liepa2003].
 
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
@@ -322,7 +322,7 @@ def remesh_region(
     rounds: int = 3,
     progress: Progress = ignore_progress,
 ) -> tuple[Bools, HoleFilling]:
-    """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
+    """Finds which vertices of a region to delete with their triangles, and closes the holes that this leaves by `close_holes`.
 
     Unlike `fair_region`, this keeps no needles and folds: the new surface depends only on the vertices around the region.
 
@@ -355,15 +355,9 @@ def remesh_region(
     if not np.isin(labels[chosen], labels[triangles[~gone]]).all():
         raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     chosen = used & ~mask_of(triangles[~gone], n)  # also vertices all of whose triangles go
-    rim = mask_of(triangles[gone], n) & ~chosen & ~border
+    rim = mask_of(triangles[gone], n) & ~chosen
     filling = close_holes(
-        points,
-        triangles[~gone],
-        max_edges=LARGEST_RIM,
-        energy=energy,
-        rounds=rounds,
-        selected=rim if rim.any() else None,
-        progress=progress,
+        points, triangles[~gone], max_edges=LARGEST_RIM, energy=energy, rounds=rounds, selected=rim, progress=progress
     )
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():
