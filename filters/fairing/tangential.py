@@ -59,9 +59,8 @@ def tangential_smoothing(
     A_i is the Voronoi area of vertex i, p' are the new points. L_cotan p is nearly normal to the surface. If w is small, so is
     L_uniform p' at the minimum: in the tangent plane each vertex is near the centroid of its neighbours, which makes good
     triangles. The energy alone would also move vertices off the surface. So each iteration minimises it, projects the step to the
-    tangent plane, and moves the vertex to the nearest point of the input surface, found by a walk from its former place. A step
-    that folds a triangle, or brings the middle of an edge or a triangle too far from the input, is halved up to four times, then
-    dropped.
+    tangent plane, and moves the vertex to the nearest point of the input surface, found by a walk. A step that folds a triangle,
+    or brings the middle of an edge or a triangle too far from the input, is halved up to four times, then dropped.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
     Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. Border, orientation and

@@ -25,8 +25,8 @@ _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
-#: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Fillings of smooth surfaces
-#: reach 0.2. A filling beyond 1 does not resemble the original surface, and its large area would need many triangles.
+#: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Patches of smooth surfaces
+#: reach 0.2. A patch beyond 1 does not resemble the original surface, and its large area would need many triangles.
 FURTHEST = 1.0
 #: The most edges in the rim of a remeshed region.
 LARGEST_RIM = 10_000
@@ -43,7 +43,7 @@ class HoleFilling(NamedTuple):
     islands: tuple[Ints, ...]  # for each closed hole (k,) the rim vertices of islands that the new faces join; usually empty
     left_open: tuple[OpenRim, ...]  # the other rims, with the reason
     # for each closed hole the energy that placed its new vertices: `energy`, or the next lower one if the equations are too
-    # ill-conditioned or the filling leaves the box of its rim by more than `FURTHEST`; "none" if all fail or without `refine`
+    # ill-conditioned or the patch leaves the box of its rim by more than `FURTHEST`; "none" if all fail or without `refine`
     energies: tuple[HoleEnergy, ...]
     thrown_out: tuple[bool, ...]  # for each closed hole whether an energy was rejected because of `FURTHEST`
 
@@ -65,7 +65,7 @@ def close_holes(
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
     triangulation, and each round makes it more regular. Unless `energy` is "membrane", if a patch bends more than `SHARP`
-    times as much at its rim as the mesh around, its edges get shorter in the next round. A filling of more than `MOST_VERTICES`
+    times as much at its rim as the mesh around, its edges get shorter in the next round. A patch of more than `MOST_VERTICES`
     vertices gets larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new
     vertices out of the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
@@ -79,10 +79,10 @@ def close_holes(
         max_edges: holes with more rim edges stay open; at least 3. Edges of islands do not count, but a hole stays open if its
             rim and islands together have more edges than the larger of `MOST_JOINED` and `max_edges`.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
-            continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
+            continue across the rim. "minimum_variation": curvatures continue too, and the patch bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices.
-        rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
+        rounds: how often to refine and fair, at least 1. With more rounds a patch bulges further if the surface around bulges.
         islands: "join": new faces connect islands with the rim around; if that is impossible, the hole stays open. "leave":
             islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that is only
@@ -255,7 +255,7 @@ class Patches:
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
-            # A filling that bulges has a larger area, so its band may have to be narrower.
+            # A patch that bulges has a larger area, so its band may have to be narrower.
             uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))

@@ -1,8 +1,8 @@
 """Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
-into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
-used because they take one right-hand side on one thread; docs/solvers.md compares the times.
+into aggregates of about eight, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are
+not used because they take one right-hand side on one thread; docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
