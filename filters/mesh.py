@@ -178,7 +178,7 @@ class Whole:
         )
 
     def farthest(self, vertices: Floats, place: Floats) -> tuple[float, int]:
-        """Returns the largest coordinate of the vectors from a place to the vertices, times `scale`, and its vertex."""
+        """Returns the largest absolute coordinate of the vectors from a place to the vertices, times `scale`, and its vertex."""
         away = np.abs(vertices * self.scale - place * self.scale).max(axis=1)
         return float(away.max()), int(away.argmax())
 
