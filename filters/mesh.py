@@ -108,7 +108,7 @@ def check_points(
         raise FilterInputError(f"{several} must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
     points = np.ascontiguousarray(raw, dtype=np.float64)
     if len(points) > np.iinfo(np.int32).max:
-        raise FilterInputError(f"{len(points)} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
+        raise FilterInputError(f"{len(points)} {several} are more than the 2,147,483,647 that an index of 32 bits reaches")
     if not np.isfinite(points).all():
         bad = ~np.isfinite(points).all(axis=1)
         first = int(bad.argmax())
@@ -160,8 +160,8 @@ class Whole:
     def place_if_far(self, corners: Floats) -> Floats | None:
         """Returns the median place if a vertex is so far away that a quarter of the edges lose more than half of their digits.
 
-        `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e has e / (u |v|) units of rounding
-        between vertices v and e / (u |p|) between points p. If e |v| < u |p|^2, the second number is below the root of the first.
+        `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e at a vertex v has e / (u |v|)
+        rounding units, and e / (u |p|) if v is centred to p. If e |v| < u |p|^2, the second is below the root of the first.
         """
         corners, middle = corners * self.scale, self.low * 0.5 + self.high * 0.5
         before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - middle * self.scale))
@@ -178,7 +178,7 @@ class Whole:
         )
 
     def farthest(self, vertices: Floats, place: Floats) -> tuple[float, int]:
-        """Returns the greatest distance of vertices from a place, times `scale`, and the vertex there."""
+        """Returns the largest absolute coordinate of the vectors from a place to the vertices, times `scale`, and its vertex."""
         away = np.abs(vertices * self.scale - place * self.scale).max(axis=1)
         return float(away.max()), int(away.argmax())
 
@@ -398,8 +398,8 @@ def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = 
     if diagonal == 0.0 or length <= FURTHEST * diagonal:
         return
     raise FilterInputError(
-        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the mesh "
-        f"({FURTHEST:g} are the most), as {cause}"
+        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the "
+        f"bounding box ({FURTHEST:g} are the most), as {cause}"
     )
 
 

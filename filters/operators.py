@@ -401,7 +401,7 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
             "scale_dependent", "laplace_beltrami" and "robust" have the unit of one over a squared length.
 
     Raises:
-        FilterInputError: an unknown name, or a point cloud with an operator other than "robust".
+        FilterInputError: an unknown name, a point cloud with an operator other than "robust", or "robust" cannot be built.
     """
     check_choice("operator", operator, OPERATOR_NAMES)
     if len(faces) == 0 and len(vertices) > 0:
@@ -432,7 +432,7 @@ def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName
     degenerate (`_SLIVER`), else "cotangent".
 
     Raises:
-        FilterInputError: an unknown operator.
+        FilterInputError: an unknown operator, or the lengths of edges differ too much for "robust".
     """
     check_choice("operator", operator, SurfaceOperatorName)
     if operator == "auto" and (len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER):

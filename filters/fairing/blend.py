@@ -12,7 +12,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..geometry import area_vector, side_lengths
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, check_mesh, check_vertex_mask
 from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
@@ -52,9 +52,10 @@ def blend_parts(
         progress: called with the share that is done; may raise to stop.
 
     Raises:
-        FilterInputError: there are no two rims; the rims share a vertex, or one passes a vertex twice; the product of their
-            numbers of edges is above 400 million; the band would have more than `MOST_ADDED` triangles; one of the two components
-            is clearly inside out.
+        FilterInputError: not a mesh; there are no two rims; the rims share a vertex, or one passes a vertex twice; the product of
+            their numbers of edges is above 400 million; the band would have more than `MOST_ADDED` triangles; one of the two
+            components is clearly inside out; a length is 0 or out of range; or as for `fair_region`.
+        ConvergenceError: as for `fair_region`.
     """
     points, triangles = check_mesh(vertices, faces)
     first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
@@ -79,7 +80,7 @@ def facing_rims(
     rims = [loop.vertices for loop in boundary_loops(points, triangles).loops]
     component = connected_components(triangles, len(points))[0]
     if among is not None:
-        chosen = check_movable(among, len(points))
+        chosen = check_vertex_mask("among", among, len(points))
         rims = [rim for rim in rims if chosen[rim].all()]
     second, first = np.tril_indices(len(rims), -1)
     if among is None:
@@ -238,8 +239,8 @@ def _resampled(loop: Floats, count: int, shift: float) -> Floats:
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
     """Finds spans between two loops with the least sum of squared lengths, the shortest span of all among them.
 
-    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. The sum
-    is not quite the least if that would take a span twice.
+    The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. If the
+    least sum would take a span twice, a slightly larger sum is accepted.
     """
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0
@@ -251,7 +252,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))
     rows = max(1, _SPANS_AT_A_TIME // len(other))
-    # The last row and column repeat the first. An edge that a path takes twice would get four triangles: then we search again.
+    # The last row and column repeat the first. A span that the path takes twice would have four triangles: then we search again.
     progress = rising(progress)
     for apart in (False, True):
         for start in range(0, len(closed), rows):
@@ -268,8 +269,9 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 def _cheapest(first: Floats, second: Floats, start: int, end: int, apart: bool, costs: Floats, from_first: Bools) -> None:
     """Fills rows `start` to `end` - 1 of the grid; `costs` holds the costs of row start - 1, afterwards of row end - 1.
 
-    No path goes through the two corners that repeat the edge at (0, 0), where each path begins. With `apart` it meets the first
-    column only in the first half of the rows and the last column only in the second half; the same holds for rows.
+    Each path begins at (0, 0) and ends at the opposite corner, the same span. No path goes through the other two corners, which
+    are this span, too. With `apart` a path meets the first column only in the first half of the rows and the last column only in
+    the second half; the same holds for rows.
     """
     n, m = first.shape[0], second.shape[0]
     for i in range(start, end):

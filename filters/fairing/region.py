@@ -79,7 +79,7 @@ def fair_region(
             "minimum_variation": k = 3, curvatures continue too, and the region bulges like its surroundings.
         dense: whether the region is sampled more densely than its surroundings, like the filling of a hole. For a thin plate the
             mass of a fixed vertex at the rim is then at most the mean mass of its free neighbours. With a larger mass a crease
-            along the rim would cost too little, and the filling would meet the rim at an angle.
+            along the rim would cost too little, and the region would meet the rim at an angle.
         progress: called from time to time with the share that is done; may raise to stop.
 
     Raises:
@@ -116,7 +116,7 @@ def fair_region(
         operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        cause = "the triangles there are too irregular: improve them first, or take a lower energy"
+        cause = "the triangles there are too irregular: improve them" + f", or take energy '{ENERGIES[order - 2]}'" * (order > 1)
         check_healthy(before, solution.values, extent, part.vertices[part.free], cause)
     progress(1.0)
     moved, freed = points.copy(), part.vertices.take(places)

@@ -30,7 +30,7 @@ _TOLERANCE = 1e-6
 _LONGEST_STEP = 0.5
 # How often a step may be halved.
 _HALVINGS = 4
-# Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would fray the edges.
+# Triangles at sharp edges may deviate from the surface by this share of the usual limit; more would make the edges jagged.
 _AT_RIDGES = 0.2
 # Smoothed unit normals at the two vertices opposite a sharp edge differ by more than this length (25 degrees); noise causes less.
 _TURNED = 2.0 * math.sin(math.radians(12.5))
@@ -56,11 +56,11 @@ def tangential_smoothing(
 ) -> tuple[Floats, Ints]:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    A_i is the Voronoi area of vertex i, p' are the new points. L_cotan p has no tangential part, so L_uniform p' has none at the
-    minimum either: projected along the normal, every vertex is the centroid of its neighbours, which makes good triangles. The
-    energy alone would also move vertices off the surface. So each iteration minimises it, projects the step to the tangent plane,
-    and moves the vertex to the nearest point of the input surface, found by a walk from its former place. A step is halved up to
-    four times, then dropped, if it would fold a triangle or bring the middle of an edge or a triangle too far from the input.
+    A_i is the Voronoi area of vertex i, p' are the new points. L_cotan p is nearly normal to the surface. If w is small, so is
+    L_uniform p' at the minimum: in the tangent plane each vertex is near the centroid of its neighbours, which makes good
+    triangles. The energy alone would also move vertices off the surface. So each iteration minimises it, projects the step to the
+    tangent plane, and moves the vertex to the nearest point of the input surface, found by a walk. A step that folds a triangle,
+    or brings the middle of an edge or a triangle too far from the input, is halved up to four times, then dropped.
 
     If triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help.
     Flipping edges before each step helps [lawson1977, botsch2004remeshing]; see `flip_towards_quality`. Border, orientation and
@@ -212,7 +212,7 @@ def flip_towards_quality(
     [lawson1977].
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 if it is equilateral, near 0
-    for slivers. A flip is refused if the normal of a new triangle would be more than 75 degrees from that of an old or of the
+    for slivers. A flip is refused if the normal of a new triangle would be more than 75.5 degrees from that of an old or of the
     other new triangle, or if the new edge exists already. It is refused, too, if the middle or a quarter point of the new edge or
     the centroid of a new triangle would be farther from the surface than the least `allowed` of the four vertices and of the
     vertices of the surface's face nearest to that point. Edges without exactly two faces, or whose faces have opposite

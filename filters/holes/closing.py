@@ -19,14 +19,14 @@ from .triangulation import joined_corners, polygon, triangulate_polygon, vertex_
 #: The energies that `fair_region` may minimise to place new vertices, from low to high; "none" leaves the vertices in place.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
-# The share of triangulation in the progress of `close_holes`, and in that of one refined patch.
+# The share of the first patches in the progress of `close_holes`, and of triangulation in the progress of one refined patch.
 _TRIANGULATION, _PATCH_TRIANGULATION = 0.4, 0.3
 #: If a patch bends more than `SHARP` times as much at its rim as the mesh, its edges shrink, not below `FINEST` of their length.
 SHARP, FINEST = 1.2, 0.25
 #: The most new vertices in one linear system; patches are grouped up to this number.
 MOST_AT_ONCE = 100_000
-#: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Fillings of smooth surfaces
-#: reach 0.2. A filling beyond 1 does not resemble the original surface, and its large area would need many triangles.
+#: The largest distance of new vertices from the bounding box of their rim, in diagonals of the box. Patches of smooth surfaces
+#: reach 0.2. A patch beyond 1 does not resemble the original surface, and its large area would need many triangles.
 FURTHEST = 1.0
 #: The most edges in the rim of a remeshed region.
 LARGEST_RIM = 10_000
@@ -43,7 +43,7 @@ class HoleFilling(NamedTuple):
     islands: tuple[Ints, ...]  # for each closed hole (k,) the rim vertices of islands that the new faces join; usually empty
     left_open: tuple[OpenRim, ...]  # the other rims, with the reason
     # for each closed hole the energy that placed its new vertices: `energy`, or the next lower one if the equations are too
-    # ill-conditioned or the filling leaves the box of its rim by more than `FURTHEST`; "none" if all fail or without `refine`
+    # ill-conditioned or the patch leaves the box of its rim by more than `FURTHEST`; "none" if all fail or without `refine`
     energies: tuple[HoleEnergy, ...]
     thrown_out: tuple[bool, ...]  # for each closed hole whether an energy was rejected because of `FURTHEST`
 
@@ -60,12 +60,12 @@ def close_holes(
     selected: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> HoleFilling:
-    """Closes the holes of a mesh with up to `max_edges` border edges [liepa2003].
+    """Closes the holes with up to `max_edges` border edges [liepa2003].
 
     `triangulate_rim` triangulates each rim. `refined_patch` splits the triangles and flips their edges until they are as small as
     the triangles at the rim. `fair_region` places the new vertices. Refinement and fairing alternate: fairing depends on the
     triangulation, and each round makes it more regular. Unless `energy` is "membrane", if a patch bends more than `SHARP`
-    times as much at its rim as the mesh around, its edges get shorter in the next round. A filling of more than `MOST_VERTICES`
+    times as much at its rim as the mesh around, its edges get shorter in the next round. A patch of more than `MOST_VERTICES`
     vertices gets larger triangles away from the rim, so that time and memory grow with the rim alone. If an energy moves new
     vertices out of the box of their rim by more than `FURTHEST`, the next lower energy places them.
 
@@ -79,10 +79,10 @@ def close_holes(
         max_edges: holes with more rim edges stay open; at least 3. Edges of islands do not count, but a hole stays open if its
             rim and islands together have more edges than the larger of `MOST_JOINED` and `max_edges`.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
-            continue across the rim. "minimum_variation": curvatures continue too, and the filling bulges like the surface around;
+            continue across the rim. "minimum_variation": curvatures continue too, and the patch bulges like the surface around;
             it is the closest to a smooth original surface, and the most sensitive to noise at the rim. "none": only refinement.
         refine: whether to split the new faces until they are as dense as the rim. Without it there are no new vertices.
-        rounds: how often to refine and fair, at least 1. With more rounds a filling bulges further if the surface around bulges.
+        rounds: how often to refine and fair, at least 1. With more rounds a patch bulges further if the surface around bulges.
         islands: "join": new faces connect islands with the rim around; if that is impossible, the hole stays open. "leave":
             islands stay loose, and the new faces may intersect them.
         selected: (n,) bool: only holes with a selected rim vertex are closed. With a selected vertex, a rim that is only
@@ -255,7 +255,7 @@ class Patches:
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
-            # A filling that bulges has a larger area, so its band may have to be narrower.
+            # A patch that bulges has a larger area, so its band may have to be narrower.
             uniform = min(placed.uniform, uniform_width(patch))
             patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=part_of(progress, 0.0, 0.0))
             self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
@@ -322,7 +322,7 @@ def remesh_region(
     rounds: int = 3,
     progress: Progress = ignore_progress,
 ) -> tuple[Bools, HoleFilling]:
-    """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
+    """Finds which vertices of a region to delete with their triangles, and closes the holes that this leaves by `close_holes`.
 
     Unlike `fair_region`, this keeps no needles and folds: the new surface depends only on the vertices around the region.
 
@@ -355,15 +355,9 @@ def remesh_region(
     if not np.isin(labels[chosen], labels[triangles[~gone]]).all():
         raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     chosen = used & ~mask_of(triangles[~gone], n)  # also vertices all of whose triangles go
-    rim = mask_of(triangles[gone], n) & ~chosen & ~border
+    rim = mask_of(triangles[gone], n) & ~chosen
     filling = close_holes(
-        points,
-        triangles[~gone],
-        max_edges=LARGEST_RIM,
-        energy=energy,
-        rounds=rounds,
-        selected=rim if rim.any() else None,
-        progress=progress,
+        points, triangles[~gone], max_edges=LARGEST_RIM, energy=energy, rounds=rounds, selected=rim, progress=progress
     )
     for open_rim in filling.left_open:
         if open_rim.reason != "selection" and rim[open_rim.vertices].any():

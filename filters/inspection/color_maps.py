@@ -33,7 +33,7 @@ class Limits(NamedTuple):
 
 
 def robust_limits(values: Floats) -> Limits:
-    """Limits of the middle 98 % of the finite values; if these are equal, of all of them; (0, 0) without finite values."""
+    """Limits of the middle 98 % of the finite values, or of all finite values if these limits are equal; (0, 0) without any."""
     halves = 0.5 * values[np.isfinite(values)]
     if not len(halves):
         return Limits(0.0, 0.0)

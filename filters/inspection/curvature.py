@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice, check_positive
+from ..checks import FilterInputError, check_choice, check_finite
 from ..compilation import compiled
 from ..geometry import angle_at, corner_angles, cross_product, unit_vectors
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
@@ -24,7 +24,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit sums of face normals weighted by corner angles; 0 if the sum is 0. Splitting a face does not change them."""
+    """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes nothing."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -142,9 +142,9 @@ def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike
         stripes: the number of lamps, rounded; more lamps show smaller defects.
 
     Raises:
-        FilterInputError: a direction without length, or stripes not above 0.
+        FilterInputError: a direction without length, or stripes below 1.
     """
-    stripes = check_positive("stripes", stripes)
+    stripes = check_finite("stripes", stripes, least=1.0)
     eye, axis = _unit("view", view), _unit("direction", direction)
     reflected = 2.0 * (normals @ eye)[:, None] * normals - eye
     # Two directions perpendicular to the lamps; angles are measured from the first.

@@ -59,7 +59,7 @@ def displacement(
     the correspondence.
 
     Raises:
-        FilterInputError: not a mesh, an empty reference, or "vertex" with different numbers of vertices.
+        FilterInputError: not a mesh, an empty reference, an unknown correspondence, or "vertex" with different vertex counts.
     """
     check_choice("correspondence", correspondence, Correspondence)
     points, triangles = check_mesh(vertices, faces)

@@ -43,8 +43,7 @@ class SurfaceMeasures:
     area: float
     volume: float | None  # sum of det(a, b, c) / 6, above 0 if faces look outwards; only of closed, oriented meshes
     mean_edge: float | None
-    # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane, larger is rougher
-    roughness: float | None
+    roughness: float | None  # mean angle between the normals of adjacent faces, whatever their orientation: 0 for a plane
     triangle_quality: float | None  # mean of `triangle_shapes`: 1 if all are equilateral, near 0 for slivers
     mean_spacing: float | None  # mean distance from the nearest neighbour; only of clouds of two or more points
 
@@ -196,9 +195,9 @@ def measures_and_connectivity(
 
 
 def inward_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
-    """(m,) which faces of a closed, oriented mesh look inwards: just in front of them its winding number is below 0.
+    """(m,) which faces of a closed, oriented mesh look inwards: just in front of them the mesh's winding number is below 0.
 
-    All faces of a component are judged by a place on one of them. A ray along +z counts how often other components surround it.
+    All faces of a component are judged by one place on them. A ray along +z counts how often other components surround the place.
     """
     points, triangles = check_mesh(vertices, faces)
     labels, count = connected_components(triangles, len(points))

@@ -1,8 +1,8 @@
 """Conjugate gradients for three right-hand sides at once, and a multigrid preconditioner.
 
 Algebraic multigrid by smoothed aggregation suits elliptic matrices of any size: every level groups strongly connected unknowns
-into aggregates of about ten, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are not
-used because they take one right-hand side on one thread; docs/solvers.md compares the times.
+into aggregates of about eight, and each aggregate is one unknown of the next level [vanek1996]. SciPy's and PyAMG's solvers are
+not used because they take one right-hand side on one thread; docs/solvers.md compares the times.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ STRENGTH = 0.08
 #: A level of at most this many unknowns is factorised, which takes a few milliseconds.
 COARSEST = 1000
 #: Coarsening stops if a level would keep more than this share of the unknowns of the finer level.
-_LEAST_GAIN = 0.8
+_MOST_KEPT = 0.8
 #: Two terms are added to the coarsest diagonal d: `_SHIFT` d, far below all eigenvalues but that of the constant vector; and
 #: `_NOISE` times the finest diagonal, restricted to the coarsest level, above the rounding errors of cancelling sums.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
@@ -284,7 +284,7 @@ class SmoothedAggregation:
         while matrix.shape[0] > COARSEST:
             prolongation = prolongation_matrix(matrix, strength)
             progress(0.0)
-            if not 0 < prolongation.shape[1] <= _LEAST_GAIN * matrix.shape[0]:
+            if not 0 < prolongation.shape[1] <= _MOST_KEPT * matrix.shape[0]:
                 break
             level = _level(matrix, prolongation)
             self._levels.append(level)

@@ -17,7 +17,7 @@ _LEAF = 16
 _UNEVEN = 0.5
 #: A large graph is first cut into at least this many parts, which threads share.
 PARTS = 8
-#: A vertex with more than `_HUB` sqrt(n) neighbours comes last in the order, because the levels around it are wide.
+#: A vertex with more than `_HUB` sqrt(n) neighbours is a hub. Hubs come last in the order: the levels around them are wide.
 _HUB = 10.0
 
 

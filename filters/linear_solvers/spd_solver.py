@@ -145,6 +145,7 @@ class SpdSolver:
             progress: called every few steps; may raise to stop.
 
         Raises:
+            FilterInputError: `right_side` or `start` has another number of rows, or is not finite.
             ConvergenceError: neither conjugate gradients nor factors solve it, or A is not positive definite to rounding.
         """
         b = self._system.columns(right_side)
@@ -171,7 +172,7 @@ class SpdSolver:
         if self._factors is not None or (self._solved and self._many and self._system.smoothness >= _SINGULAR):
             return self.by_factors(b, progress)
         earlier_steps = 0
-        # Jacobi's worst error is the eigenvector of the smallest eigenvalue: its energy norm is the residual's norm / spread.
+        # The error that falls slowest is the lowest eigenvector of D A D: its energy norm is the norm of its residual / spread.
         spread = float(np.sqrt(self._system.smoothness))
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt, converged, _ = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
@@ -302,8 +303,7 @@ class Solution(NamedTuple):
 
     values: Floats  # x, of the shape of b
     error: float  # an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; "cholesky" has no estimate: 0
-    # the largest `SpdSystem.backward_error` of the groups of columns: x is the exact solution of a system that differs by this
-    # share
+    # the largest `SpdSystem.backward_error` of the groups of columns: x exactly solves a system that differs by this share
     backward_error: float
     iterations: int  # number of steps of conjugate gradients in all groups of columns; "cholesky": 2 for each group
     method: Method

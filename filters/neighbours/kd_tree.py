@@ -28,7 +28,7 @@ STACK = 64
 _INDEX = 3
 #: A finite number above all squared distances in a tree. The distance of a point from itself is set to infinity.
 FAR = 1e300
-#: The bound on indices that lets all pass. A search applies it to points at exactly its largest distance.
+#: The bound on indices that lets all pass. A search applies its bound on indices to points exactly at its bound on distance.
 ANY_INDEX = 2**62
 #: How many distances `keep_nearest` tries before it selects exactly: with equal distances every try may fail.
 _GUESSES = 6

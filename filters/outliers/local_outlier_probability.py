@@ -127,7 +127,7 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
 
 @compiled(nogil=True)
 def _sum(values: Floats) -> float:
-    """Returns the sum of numbers >= 0. Each is rounded to a multiple of one tiny number, so their order does not matter."""
+    """Returns the sum of numbers >= 0. Each is rounded down to a multiple of one tiny number, so their order does not matter."""
     largest = 0.0
     for value in values:
         largest = max(largest, value)

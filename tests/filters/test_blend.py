@@ -192,6 +192,8 @@ def test_selected_rims_may_belong_to_one_part() -> None:
     assert (edge_face_counts(np.concatenate([faces, band.faces]))[1] == 2).all()
     with pytest.raises(FilterInputError, match="no two rims with only selected vertices to join: 1 found"):
         facing_rims(vertices, faces, among=vertices[:, 2] == 0.0)
+    with pytest.raises(FilterInputError, match="among must be a boolean array"):
+        facing_rims(vertices, faces, among=on_rims[1:])
 
 
 def test_what_cannot_be_joined_is_refused() -> None:

@@ -33,10 +33,12 @@ def test_lines_of_a_cylinder_are_straight() -> None:
     assert reflection_stripes(np.zeros((1, 3)), view=(0, 0, 1), direction=(0, 1, 0)).tolist() == [0.5]
 
 
-def test_directions_without_length_are_refused() -> None:
-    """A direction must have one."""
+def test_no_direction_or_no_lamp_is_refused() -> None:
+    """A direction must have a length, and there must be a lamp: less than one would be rounded to none."""
     with pytest.raises(FilterInputError, match=r"view \[0.0, 0.0, 0.0\] is no direction"):
         reflection_stripes(np.eye(3), view=(0, 0, 0), direction=(0, 1, 0))
+    with pytest.raises(FilterInputError, match=r"stripes is 0\.4: it must be finite and at least 1"):
+        reflection_stripes(np.eye(3), view=(0, 0, 1), direction=(0, 1, 0), stripes=0.4)
 
 
 def test_sharp_edges_of_a_cube() -> None:
