@@ -61,7 +61,7 @@ def sharpness(scan: Scan, noise: float) -> float:
     """Returns the share of sharp edges, with t >= 30 degrees, in the sum of t l over all edges, after noise is removed.
 
     t is the angle between the normals of the two faces of an edge, l its length. Each normal is averaged with the normals in its
-    two rings that differ by less than 40 degrees. Taubin steps first remove the noise, which is given in mean edges: five pairs
+    two rings that differ by less than 41 degrees. Taubin steps first remove the noise, which is given in mean edges: five pairs
     of steps for 0.1 and above, fewer for less noise, since more steps would round the edges of a dodecahedron.
 
     Returns:

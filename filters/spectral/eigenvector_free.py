@@ -239,7 +239,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # kappa = sigma tan^2(theta / 2). The narrower of two ranges of theta: 0 to the lowest cutoff, the highest cutoff to pi.
+    # With kappa = sigma tan^2(theta / 2): the narrower of two ranges, from theta = 0 to the lowest cutoff, or the highest to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
