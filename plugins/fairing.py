@@ -251,8 +251,8 @@ def meshing_bridge_rims_by_fairing(
     """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
     A rim is a loop of border edges. The neck is a band of triangles, as dense as the rims, between the two nearest rims of
-    different parts; its inside is faired. Old vertices stay. The new elements are selected. Parts in different layers must be
-    merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
+    different parts; its inside is faired. Old vertices stay. The new elements are selected. Merge parts in different layers
+    first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:
         selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its vertices

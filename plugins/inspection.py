@@ -129,9 +129,9 @@ def compute_scalar_by_displacement_per_vertex(
 ) -> Edit:
     """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-    In mesh units. Signed values are blue below 0, nearly white at 0 and orange above; unsigned values go from dark violet to
-    yellow. The colours span 98 % of the vertices. Returns their limits; the lowest, highest and mean value; the mean, root mean
-    square, 95th percentile and largest distance; and whether vertices were compared by number.
+    In mesh units. Colours: blue below 0, nearly white at 0, orange above, or dark violet to yellow for unsigned values, between
+    limits that enclose 98 % of the vertices. Returns the limits of the colours; the lowest, the highest and the mean value; the
+    mean, root mean square, 95th percentile and largest distance; and whether vertices were compared by number.
 
     Args:
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.

@@ -22,7 +22,7 @@ from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import fft, sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, CompressedRows, SpdSolver
-from ..mesh import Floats, Ints
+from ..mesh import FITS_IN_CACHE, Floats, Ints
 from .problem import Response, SpectralProblem
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
@@ -299,8 +299,6 @@ _CHECKED_EVERY = 16  # products between two checks of the norm
 LARGEST_DEGREE = 100_000
 #: Steps of Lanczos's method, and the factor on its result.
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
-#: With fewer rows the processor's caches hold most operands of a product, whatever the order of the rows.
-FITS_IN_CACHE = 200_000
 #: A large matrix is reordered if at least the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
 #: and if at least `_PRODUCTS_AN_ORDER_COSTS` products with one column follow, which take as long as the reordering.
 _SCATTERED = 0.2

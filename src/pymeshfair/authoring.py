@@ -167,8 +167,7 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        Measures before and after, warnings, the paths of the written files, and the `record` of the run. A run that fails raises
-        a `PymeshfairError`; `pymeshfair.errors` has its kinds.
+        Measures before and after, warnings, paths of written files, and the `record`. A failed run raises a `PymeshfairError`.
     """
     from .running import job, supervise
 

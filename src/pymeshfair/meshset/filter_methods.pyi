@@ -3040,9 +3040,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-        In mesh units. Signed values are blue below 0, nearly white at 0 and orange above; unsigned values go from dark violet
-        to yellow. The colours span 98 % of the vertices. Returns their limits; the lowest, highest and mean value; the mean,
-        root mean square, 95th percentile and largest distance; and whether vertices were compared by number.
+        In mesh units. Colours: blue below 0, nearly white at 0, orange above, or dark violet to yellow for unsigned values,
+        between limits that enclose 98 % of the vertices. Returns the limits of the colours; the lowest, the highest and the
+        mean value; the mean, root mean square, 95th percentile and largest distance; and whether vertices were compared by
+        number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
@@ -5751,9 +5752,8 @@ class FilterMethods(metaclass=LateMethods):
         """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
         A rim is a loop of border edges. The neck is a band of triangles, as dense as the rims, between the two nearest rims of
-        different parts; its inside is faired. Old vertices stay. The new elements are selected. Parts in different layers must
-        be merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each
-        rim.
+        different parts; its inside is faired. Old vertices stay. The new elements are selected. Merge parts in different layers
+        first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
