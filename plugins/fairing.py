@@ -52,10 +52,10 @@ def apply_coord_bilaplacian_smoothing(
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise moving.no_amount(layer, "weight")
+    if detail_size < 0.0 and features != "none":
+        raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
-    if detail_size < 0.0 and weights is not None:
-        raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
     def smooth(points: Floats, faces: Ints, size: float, **options: Any) -> Floats:

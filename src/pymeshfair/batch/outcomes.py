@@ -125,7 +125,7 @@ class BatchError(PymeshfairError):
 
 
 class Journal(AbstractContextManager["Journal"]):
-    """The journal in a folder of outputs; a context manager that locks the folder against other batches."""
+    """The journal of a folder of outputs; a context manager that locks the folder, if the system has locks, for this batch."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
         """Without `resume` the old lines are deleted when the first scan ends."""
