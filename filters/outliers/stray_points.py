@@ -22,8 +22,8 @@ _FLAT = 0.06
 _FULL, _MORE = 0.14, 3
 # With enough links, the spacing limit is this factor larger: at 25 points per square metre, spacings in foliage are 2.7 medians.
 _FOLIAGE = 2.0
-#: Number of rounds in which points linked to the surface join it.
-JOINED = 2
+#: Number of steps in which points linked to the surface join it.
+JOIN_STEPS = 2
 #: Marks a neighbour without link.
 NO_LINK = -1
 #: Thicknesses are rounded to multiples of this, so that their sum over up to 2^32 points is exact in any order.
@@ -104,7 +104,7 @@ def stray_points(
     apart = spacing[spacing > 0.0]
     median = float(np.quantile(apart, 0.5, method="lower")) if len(apart) else 0.0
     chosen = rule.on_surface(spacing, median, thickness, linked_to(links, np.ones(n, np.bool_)))
-    for _ in range(JOINED):
+    for _ in range(JOIN_STEPS):
         chosen |= rule.is_joined(linked_to(links, chosen))
     parts = linked_parts(links, chosen)
     stray: Bools = np.empty(n, np.bool_)
