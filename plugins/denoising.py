@@ -34,8 +34,8 @@ class NormalFilterParameters:
         method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral': by
             the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
             normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
-        range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep
-            edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+        range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel' reach 0
+            and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
         space_kernel: How weight falls with distance; 'constant': not at all.
         range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle'
             in radians; 'squared', the square of that length.

@@ -52,10 +52,10 @@ def apply_coord_bilaplacian_smoothing(
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise moving.no_amount(layer, "weight")
+    if detail_size < 0.0 and features != "none":
+        raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
-    if detail_size < 0.0 and weights is not None:
-        raise FilterInputError("detail_size 'auto' cannot keep features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()
 
     def smooth(points: Floats, faces: Ints, size: float, **options: Any) -> Floats:
@@ -250,9 +250,9 @@ def meshing_bridge_rims_by_fairing(
 ) -> Edit:
     """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-    A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different parts.
-    The band is faired inside; old vertices stay. The new elements are selected. Parts in different layers must be
-    merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
+    A rim is a loop of border edges. The neck is a band of triangles, as dense as the rims, between the two nearest rims of
+    different parts; its inside is faired. Old vertices stay. The new elements are selected. Merge parts in different layers
+    first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
     Args:
         selected: Join the two nearest selected rims, which may belong to the same part; a rim is selected if all of its vertices

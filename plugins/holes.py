@@ -1,4 +1,4 @@
-"""The filter that closes holes by patches that continue the surrounding surface."""
+"""The filter that closes holes by fillings that continue the surrounding surface."""
 
 from collections import Counter
 from typing import Annotated, Any, Literal, TypeAlias
@@ -46,8 +46,8 @@ def meshing_close_holes_by_fairing(
 
     Args:
         max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges takes half
-            a gigabyte of memory. Outer borders of open sheets stay open: rims with a total geodesic curvature above 1.5 pi (a
-            flat disc has 2 pi); and, unless selected, most rims that span more than a third of the area of their sheet.
+            a gigabyte of memory. Outer borders of open sheets stay open: most rims with a total geodesic curvature above 1.5 pi
+            (a flat disc has 2 pi); and, unless selected, most that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
             'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
             follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles may

@@ -30,10 +30,10 @@ vertex_look = partial(
 def get_surface_measures(layer: Layer) -> Edit:
     """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
-    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports whether
-    the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and oriented), mean
-    edge (also of polylines), mean spacing of clouds (to the nearest point), roughness (the mean angle in degrees between the
-    normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
+    Counts vertices, unreferenced vertices, faces, degenerate and folded faces, edges, border edges, non-manifold edges and
+    vertices, and components; reports whether the surface is closed and oriented, its genus and Euler characteristic; measures
+    diagonal, area, volume (if closed and oriented), mean edge (also of polylines), mean spacing of clouds (to the nearest point),
+    roughness (mean angle in degrees between normals of adjacent faces) and mean triangle quality (1 for equilateral triangles).
     """
     return Edit(values=asdict(inspection.surface_measures(layer.without_matrix().vertices, layer.faces, edges=layer.edges)))
 
@@ -129,9 +129,9 @@ def compute_scalar_by_displacement_per_vertex(
 ) -> Edit:
     """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-    In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at 0 and
-    orange above. Unsigned values have colours from dark violet to yellow. The colours span 98 % of the vertices. Returns their
-    limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were compared by number.
+    In mesh units. Colours: blue below 0, nearly white at 0, orange above, or dark violet to yellow for unsigned values, between
+    limits that enclose 98 % of the vertices. Returns the limits of the colours; the lowest, the highest and the mean value; the
+    mean, root mean square, 95th percentile and largest distance; and whether vertices were compared by number.
 
     Args:
         reference: The layer from which the displacement is measured, such as the mesh before cleaning.

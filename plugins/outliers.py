@@ -50,10 +50,10 @@ def compute_selection_by_outlier_probability_per_vertex(
     selected vertices, the largest and the mean probability.
 
     Args:
-        neighbors: The number of neighbours to compare with: more than the points of a stray clump. More give steadier
+        neighbors: The number of neighbours to compare with: more than a stray clump has vertices. More give steadier
             probabilities, blur borders between dense and sparse parts, and take longer.
         extent: The probability is 0.68 at this many standard deviations beyond the usual distance. Larger gives lower
-            probabilities, so fewer points are selected.
+            probabilities, so fewer vertices are selected.
         threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none.
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)

@@ -165,7 +165,7 @@ def apply_coord_taubin_fairing(
 ) -> Edit:
     """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-    Equals MeshLab's Taubin Smooth with the uniform operator, except on open borders: MeshLab's step there is two thirds of ours.
+    With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges. On borders MeshLab's step is two thirds of ours.
 
     Args:
         operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent'

@@ -163,8 +163,8 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     notes: tuple[str, ...] = ()
     if harmonic.share_of_area < 0.5:
         notes = (
-            f"this mode lives on one of {harmonic.n_components} components, with {100.0 * harmonic.share_of_area:.2g} % of the "
-            "area: take another mode, or remove small components first",
+            f"this mode is 0 outside one of {harmonic.n_components} components, which has {100.0 * harmonic.share_of_area:.2g} % "
+            "of the area: take another mode, or remove small components first",
         )
     wavelength = 2.0 * math.pi / frequency if frequency > 0.0 else math.inf
     values = {"frequency": frequency, "wavelength": wavelength, "eigenvalue": harmonic.eigenvalue}
@@ -185,11 +185,11 @@ def get_surface_spectrum(
 
     The energy of a frequency is the contribution of its waves to the mean squared distance of the surface from the centroids of
     its components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns frequencies
-    and energies of the lowest modes, and the energies in bands of a third of an octave up to the finest waves of the mesh.
+    and energies of the lowest modes; bounds and energies of bands of a third of an octave, up to the finest waves of the mesh;
+    and the total energy, the area, the diagonal and the mean edge.
 
     Args:
-        modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; the energies of bands
-            do not need modes.
+        modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; bands need no modes.
     """
     energies = spectral.spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run reports lists in full.

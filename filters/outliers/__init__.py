@@ -11,10 +11,10 @@ from .local_outlier_probability import (
     standard_distances,
 )
 from .spacing import cloud_spacings, found_words, gaps, grid_cells, surplus_points
-from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
+from .stray_points import JOIN_STEPS, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
 
 __all__ = [
-    "JOINED",
+    "JOIN_STEPS",
     "NO_LINK",
     "REPLACED_SCALARS",
     "SPREAD_BLOCK",

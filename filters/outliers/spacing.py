@@ -16,7 +16,7 @@ _NEIGHBOURS = 6
 #: A place is sparse if the median spacing at the nearest `_AROUND` points is over 1 / `_SHARE` times the spacing of the cloud.
 #: Borders and clouds of random points hardly ever have such a median.
 _AROUND, _SHARE = 20, 2.0 / 3.0
-#: descriptions of the points that a filter has found, by the name of its limiting parameter
+#: descriptions of the points that a filter has found, by the name of a parameter that only this filter has
 _KINDS = {
     "threshold": "outliers with a probability above {:g}",
     "smallest_part": "part of no surface: alone, in a haze, or in small clumps",
@@ -29,7 +29,7 @@ _LARGEST = 2.0**53
 def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None) -> Floats:
     """Returns (n,) the distance of each vertex from the nearest point, in units of `cloud_spacings` at this point.
 
-    Screened Poisson closes gaps of the cloud, too; without vertices far from the points, its surface ends where the cloud ends.
+    Screened Poisson also closes gaps of the cloud. Without vertices far from the points its surface ends where the cloud ends.
 
     Args:
         vertices: (n, 3) finite coordinates.
@@ -37,7 +37,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike, at_points: Floats | None = None
         at_points: (p,) the spacings of `cloud_spacings`, if the caller has them.
 
     Raises:
-        FilterInputError: too few points, half of them coincide with six others each, or coordinates are not finite.
+        FilterInputError: too few points, most of them coincide with six others each, or coordinates are not finite.
     """
     queries, _ = check_mesh(vertices, ())
     cloud, _ = check_mesh(points, ())
@@ -54,13 +54,13 @@ def cloud_spacings(points: Floats) -> Floats:
     """Returns (p,) for each of (p, 3) points the median spacing of the cloud or, if larger, 2/3 of the median spacing nearby.
 
     Raises:
-        FilterInputError: too few points, or half of them coincide with six others each.
+        FilterInputError: too few points, or most of them coincide with six others each.
     """
     distances, around = nearest_neighbours(points, max(_NEIGHBOURS, min(_AROUND, len(points) - 1)))
     spacings = distances[:, :_NEIGHBOURS].mean(axis=1)
     spacing = float(np.median(spacings))
     if spacing == 0.0:
-        raise FilterInputError("half of the points of the cloud coincide, so that it has no spacing: remove duplicates first")
+        raise FilterInputError("most points of the cloud coincide, so that it has no spacing: remove duplicates first")
     return np.asarray(np.maximum(spacing, _SHARE * np.median(spacings[around], axis=1)))
 
 

@@ -14,16 +14,16 @@ from ..neighbours import build_tree, check_cloud, leaf_ranges, search_leaves
 from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
-# A point is flat if its thickness (`thicknesses`) is at most this. On surfaces with noise of 0.4 spacings most points are flat,
-# in parts that fill space 3 % of them are.
+# A point is flat if its thickness (`thicknesses`) is at most this. With 12 neighbours most points are flat on surfaces with noise
+# of 0.4 spacings, and 2 % are flat where points fill space.
 _FLAT = 0.06
-# A part fills space if its mean thickness is above `_FULL`: it is 0.17 to 0.19 there, 0.09 on surfaces. Such a part is kept if it
-# has `_MORE` times `smallest_part` points.
+# A part fills space if its mean thickness is above `_FULL`: 0.16 to 0.19 where points fill space, up to 0.09 on surfaces. Such a
+# part is kept if it has `_MORE` times `smallest_part` points.
 _FULL, _MORE = 0.14, 3
-# For linked points the spacing limit is this factor larger: at 25 points per square metre, spacings in foliage are 2.7 medians.
+# With enough links, the spacing limit is this factor larger: at 25 points per square metre, spacings in foliage are 2.7 medians.
 _FOLIAGE = 2.0
-#: Number of rounds in which points linked to the surface join it.
-JOINED = 2
+#: Number of steps in which points linked to the surface join it.
+JOIN_STEPS = 2
 #: Marks a neighbour without link.
 NO_LINK = -1
 #: Thicknesses are rounded to multiples of this, so that their sum over up to 2^32 points is exact in any order.
@@ -104,7 +104,7 @@ def stray_points(
     apart = spacing[spacing > 0.0]
     median = float(np.quantile(apart, 0.5, method="lower")) if len(apart) else 0.0
     chosen = rule.on_surface(spacing, median, thickness, linked_to(links, np.ones(n, np.bool_)))
-    for _ in range(JOINED):
+    for _ in range(JOIN_STEPS):
         chosen |= rule.is_joined(linked_to(links, chosen))
     parts = linked_parts(links, chosen)
     stray: Bools = np.empty(n, np.bool_)

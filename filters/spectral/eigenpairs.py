@@ -210,7 +210,7 @@ def _by_slicing(
     vectors[places] = ordered
     modes = _CheckedModes(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
-        # Residuals at tiny triangles have high frequencies, which hardly count in the norm of the inverse: measure in it, too.
+        # Residuals at tiny triangles have high frequencies, which hardly count in the norm of the inverse: take the smaller norm.
         factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             columns = np.asfortranarray(modes.vectors[places, group])
@@ -225,7 +225,7 @@ def _by_slicing(
 class OneHarmonic:
     """A mode with a mean square of 1 over the whole surface."""
 
-    values: Floats  # (n,) at the vertices; waves are 0 on all components but one; 0 at vertices without a triangle
+    values: Floats  # (n,) at the vertices; waves are 0 on all components but one; 0 at vertices without a row in the problem
     eigenvalue: float  # kappa, in one over squared mesh units
     share_of_area: float  # of the components where the mode is not 0
     n_components: int
@@ -247,7 +247,7 @@ def one_harmonic(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         mode: the number of the mode, from 0. Larger gives shorter waves.
-        operator: see `spectral_problem`.
+        operator: see `surface_laplacian`.
         progress: called with the share that is done; may raise to stop.
 
     Raises:

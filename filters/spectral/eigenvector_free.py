@@ -22,7 +22,7 @@ from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import fft, sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, CompressedRows, SpdSolver
-from ..mesh import Floats, Ints
+from ..mesh import FITS_IN_CACHE, Floats, Ints
 from .problem import Response, SpectralProblem
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
@@ -239,7 +239,7 @@ def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSerie
     def sampled(t: Floats) -> Floats:
         return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
 
-    # kappa = sigma tan^2(theta / 2). The narrower of two ranges of theta: 0 to the lowest cutoff, the highest cutoff to pi.
+    # With kappa = sigma tan^2(theta / 2): the narrower of two ranges, from theta = 0 to the lowest cutoff, or the highest to pi.
     root = math.sqrt(pole)
     width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
     return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
@@ -299,8 +299,6 @@ _CHECKED_EVERY = 16  # products between two checks of the norm
 LARGEST_DEGREE = 100_000
 #: Steps of Lanczos's method, and the factor on its result.
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
-#: With fewer rows the processor's caches hold most operands of a product, whatever the order of the rows.
-FITS_IN_CACHE = 200_000
 #: A large matrix is reordered if at least the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
 #: and if at least `_PRODUCTS_AN_ORDER_COSTS` products with one column follow, which take as long as the reordering.
 _SCATTERED = 0.2

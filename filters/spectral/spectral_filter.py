@@ -104,8 +104,7 @@ def spectral_filter(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        The coordinates and how they were computed. Vertices that are not `movable` or have no mass keep their coordinates
-        exactly.
+        The coordinates and how they were computed. Vertices that are not `movable` or have no mass keep every bit.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.

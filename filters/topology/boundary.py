@@ -211,7 +211,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 class Submesh(NamedTuple):
     """Free vertices with rings of fixed vertices around them."""
 
-    vertices: Ints  # (n,) indices in the mesh of the corners of `faces`, ascending
+    vertices: Ints  # (n,) the vertices of the mesh that are corners of `faces`, ascending
     faces: Ints  # (m, 3) triangles as indices into `vertices`, in the order of the mesh
     points: Floats  # (n, 3) coordinates
     free: Bools  # (n,) whether the vertex is free; border vertices are not

@@ -81,7 +81,7 @@ class Recipe(FilterMethods):
         """Tags a step, counted from 0 (-1: the last), so that `set` accepts ``TAG.PARAM=VALUE``; steps may have the same tag."""
         steps = list(self.script.steps)
         if not -len(steps) <= step < len(steps):
-            raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}")
+            raise ParameterError(f"there is no step {step}; the recipe has {len(steps)}, counted from 0")
         steps[step] = replace(steps[step], tag=scripts.checked_name(name, "tag"))
         self.script = replace(self.script.with_steps(steps), path=None)
 
@@ -167,8 +167,7 @@ def run(
         on_event: called with each event of the run.
 
     Returns:
-        Measures before and after, warnings, the paths of the written files, and the `record` of the run. A run that fails raises
-        a `PymeshfairError`; see `pymeshfair.running.supervise.run_job` for the kinds.
+        Measures before and after, warnings, paths of written files, and the `record`. A failed run raises a `PymeshfairError`.
     """
     from .running import job, supervise
 

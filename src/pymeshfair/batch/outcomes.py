@@ -125,7 +125,7 @@ class BatchError(PymeshfairError):
 
 
 class Journal(AbstractContextManager["Journal"]):
-    """The journal in a folder of outputs; a context manager that locks the folder against other batches."""
+    """The journal of a folder of outputs; a context manager that locks the folder, if the system has locks, for this batch."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
         """Without `resume` the old lines are deleted when the first scan ends."""
@@ -196,7 +196,7 @@ def area_change(outcome: Outcome) -> float | None:
 
 
 #: the numbers that are compared to find outliers
-QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
+NUMBERS: Mapping[str, Callable[[Outcome], float | None]] = {
     "displacement": displacement_in_edges,
     "area": area_change,
     "noise": lambda outcome: (outcome.before or {}).get("roughness"),  # the mean angle between neighbouring faces
@@ -204,8 +204,8 @@ QUESTIONS: Mapping[str, Callable[[Outcome], float | None]] = {
 
 
 def outliers(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
-    """Returns, for each outcome, the `QUESTIONS` in which it is an outlier."""
-    scores = {words: robust_z([measure(outcome) for outcome in outcomes]) for words, measure in QUESTIONS.items()}
+    """Returns, for each outcome, the `NUMBERS` in which it is an outlier."""
+    scores = {words: robust_z([measure(outcome) for outcome in outcomes]) for words, measure in NUMBERS.items()}
     return [tuple(words for words, z in scores.items() if abs(z[k] or 0.0) > FAR) for k in range(len(outcomes))]
 
 

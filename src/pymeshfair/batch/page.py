@@ -16,7 +16,7 @@ from ..processes.process import Pool
 from ..processes.worker import Order
 from ..report.comparison_page import Verdict
 from ..report.page import render
-from .outcomes import QUESTIONS, Outcome, Row, Summary, area_change, digests_of, displacement_in_edges, write_text
+from .outcomes import NUMBERS, Outcome, Row, Summary, area_change, digests_of, displacement_in_edges, write_text
 
 PAGES = "reports"  # the folder of the pages of scans, within the folder of the batch
 _BRAND = b'<p class="brand">pymeshfair</p>'  # a text that every page of a batch or a run has
@@ -60,12 +60,12 @@ def _draw(input: Path, output: Path, page: Path) -> None:
 
 NAME = "batch.html"
 _EXAMPLES = 5  # the largest number of scans that are named for each kind of warning
-#: the columns of numbers: the heading, the entry of `QUESTIONS` whose outliers are marked, and the function that gives a number
+#: the columns of numbers: the heading, the entry of `NUMBERS` whose outliers are marked, and the function that gives a number
 _COLUMNS: tuple[tuple[str, str, Callable[[Outcome], float | None]], ...] = (
     ("moved (edges)", "displacement", displacement_in_edges),
     ("at most", "", lambda outcome: displacement_in_edges(outcome, "largest")),
     ("area %", "area", area_change),
-    ("roughness before", "noise", QUESTIONS["noise"]),
+    ("roughness before", "noise", NUMBERS["noise"]),
     ("after", "", lambda outcome: (outcome.after or {}).get("roughness")),
     ("vertices", "", lambda outcome: (outcome.after or {}).get("vertices")),
     ("seconds", "", lambda outcome: outcome.seconds),
@@ -127,7 +127,7 @@ def _row(folder: Path, row: Row, problem: str | None) -> dict[str, Any]:
         "name": label,
         "status": outcome.status,
         "page": quote(page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()) if problem == "" else None,
-        "cells": [_cell(number_of(outcome), question in far) for _, question, number_of in _COLUMNS],
+        "cells": [_cell(number_of(outcome), name in far) for _, name, number_of in _COLUMNS],
         **without_folders({"errors": errors, "warnings": outcome.warnings}, (folder, Path(outcome.input).parent)),
     }
 

@@ -146,7 +146,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     warnings = after.warnings
     if not alignment.converged:
         warnings = (*warnings, f"the alignment did not converge in {alignment.iterations} iterations: check that it is right")
-    # The rest, 20 % of AFTER, is farther away than this. `compare` counts area as added if it is more than a mean edge away.
+    # The other 20 % of AFTER are farther away than the residual. `compare` counts area beyond a mean edge from BEFORE as added.
     if 0.0 < (edge := before.measures["mean_edge"]) < alignment.residual:
         what = f"the nearest 80 % of AFTER stay {alignment.residual / edge:.3g} mean edges from BEFORE (root mean square)"
         warnings = (*warnings, f"{what}: --align may have ended at a wrong place, as it needs 80 % of AFTER to lie on BEFORE")

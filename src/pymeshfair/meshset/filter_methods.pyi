@@ -1090,8 +1090,8 @@ class FilterMethods(metaclass=LateMethods):
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
                 by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
                 normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
-            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
-                keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
+                reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
@@ -1357,7 +1357,7 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-        Equals MeshLab's Taubin Smooth with the uniform operator, except on open borders: MeshLab's step there is two thirds of
+        With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges. On borders MeshLab's step is two thirds of
         ours.
 
         Args:
@@ -1583,8 +1583,8 @@ class FilterMethods(metaclass=LateMethods):
             method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
                 by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
                 normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
-            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
-                keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
+                reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
@@ -3040,10 +3040,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Gives every vertex its distance from another layer, for example to see what a clean-up has moved.
 
-        In mesh units. Signed values are positive on the outer side of the reference; colours are blue below 0, nearly white at
-        0 and orange above. Unsigned values have colours from dark violet to yellow. The colours span 98 % of the vertices.
-        Returns their limits, the mean, root mean square, 95th percentile and largest distance, and whether vertices were
-        compared by number.
+        In mesh units. Colours: blue below 0, nearly white at 0, orange above, or dark violet to yellow for unsigned values,
+        between limits that enclose 98 % of the vertices. Returns the limits of the colours; the lowest, the highest and the
+        mean value; the mean, root mean square, 95th percentile and largest distance; and whether vertices were compared by
+        number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
@@ -3725,10 +3725,10 @@ class FilterMethods(metaclass=LateMethods):
         Returns the number of selected vertices, the largest and the mean probability.
 
         Args:
-            neighbors: The number of neighbours to compare with: more than the points of a stray clump. More give steadier
+            neighbors: The number of neighbours to compare with: more than a stray clump has vertices. More give steadier
                 probabilities, blur borders between dense and sparse parts, and take longer. Takes a whole number of at least 1.
             extent: The probability is 0.68 at this many standard deviations beyond the usual distance. Larger gives lower
-                probabilities, so fewer points are selected. Takes a number of at least 0.1.
+                probabilities, so fewer vertices are selected. Takes a number of at least 0.1.
             threshold: Vertices with a larger probability are selected. Larger selects fewer, 1 none. Takes a number from 0 to
                 1.
 
@@ -5667,10 +5667,11 @@ class FilterMethods(metaclass=LateMethods):
     def get_surface_measures(self) -> dict[str, Any]:
         """Measures the counts, topology, size, roughness and triangle quality of the mesh.
 
-        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; reports
-        whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (if closed and
-        oriented), mean edge (also of polylines), mean spacing of clouds (to the nearest point), roughness (the mean angle in
-        degrees between the normals of adjacent faces) and the mean triangle quality (1 for equilateral triangles).
+        Counts vertices, unreferenced vertices, faces, degenerate and folded faces, edges, border edges, non-manifold edges and
+        vertices, and components; reports whether the surface is closed and oriented, its genus and Euler characteristic;
+        measures diagonal, area, volume (if closed and oriented), mean edge (also of polylines), mean spacing of clouds (to the
+        nearest point), roughness (mean angle in degrees between normals of adjacent faces) and mean triangle quality (1 for
+        equilateral triangles).
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
@@ -5688,12 +5689,12 @@ class FilterMethods(metaclass=LateMethods):
 
         The energy of a frequency is the contribution of its waves to the mean squared distance of the surface from the
         centroids of its components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit.
-        Returns frequencies and energies of the lowest modes, and the energies in bands of a third of an octave up to the finest
-        waves of the mesh.
+        Returns frequencies and energies of the lowest modes; bounds and energies of bands of a third of an octave, up to the
+        finest waves of the mesh; and the total energy, the area, the diagonal and the mean edge.
 
         Args:
-            modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; the energies of
-                bands do not need modes. Takes a whole number from 0 to 100000.
+            modes: The number of modes to list, from the lowest. More reach higher frequencies and take longer; bands need no
+                modes. Takes a whole number from 0 to 100000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
                 non-manifold meshes; 'auto' takes 'robust' if it is needed.
 
@@ -5750,9 +5751,9 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Joins two parts of a mesh by a smooth neck between two rims that face each other.
 
-        A rim is a loop of border edges. A band of triangles, as dense as the rims, joins the two nearest rims of different
-        parts. The band is faired inside; old vertices stay. The new elements are selected. Parts in different layers must be
-        merged first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
+        A rim is a loop of border edges. The neck is a band of triangles, as dense as the rims, between the two nearest rims of
+        different parts; its inside is faired. Old vertices stay. The new elements are selected. Merge parts in different layers
+        first (Flatten Visible Layers). Returns the numbers of new vertices and triangles, and of the edges of each rim.
 
         Args:
             energy: 'membrane' is like a soap film, with a crease at the boundary; 'thin_plate' bends least and continues the
@@ -5817,9 +5818,9 @@ class FilterMethods(metaclass=LateMethods):
 
         Args:
             max_edges: The largest number of edges in the rim of a hole. Larger closes larger holes; a hole of 10,000 edges
-                takes half a gigabyte of memory. Outer borders of open sheets stay open: rims with a total geodesic curvature
-                above 1.5 pi (a flat disc has 2 pi); and, unless selected, most rims that span more than a third of the area of
-                their sheet. Takes a whole number from 3 to 10000.
+                takes half a gigabyte of memory. Outer borders of open sheets stay open: most rims with a total geodesic
+                curvature above 1.5 pi (a flat disc has 2 pi); and, unless selected, most that span more than a third of the
+                area of their sheet. Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
                 follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles

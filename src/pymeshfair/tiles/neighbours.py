@@ -215,7 +215,7 @@ class StrayTiles(PointTiles):
         tasks.map(self.find, tiles, part_of(progress, 0.0, 0.7))
         median = tasks.run(self.median, size)
         tasks.map(self.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))
-        for number in range(1, outliers.JOINED + 1):
+        for number in range(1, outliers.JOIN_STEPS + 1):
             tasks.map(self.join, [(number, *tile) for tile in tiles])
         tasks.map(self.connect, tiles, part_of(progress, 0.85, 0.95))
         stray = tasks.run(self.across, tiles)
@@ -279,7 +279,7 @@ class StrayTiles(PointTiles):
     def connect(self, first: int, last: int) -> None:
         """Finds the parts within a tile, and marks small parts as stray, except those that reach into other tiles."""
         links = Links.of(self, first, last)
-        chosen = links.read_all(self._chosen(outliers.JOINED)) > 0
+        chosen = links.read_all(self._chosen(outliers.JOIN_STEPS)) > 0
         count = len(links.to)
         parts = outliers.linked_parts(links.to, chosen)
         self._parts.write(links.begin, parts + links.begin)
