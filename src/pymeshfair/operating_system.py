@@ -41,7 +41,7 @@ class System:
         return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
-        """Kills a child that was started with `own_session`, and all its descendants; without POSIX only the child."""
+        """Kills a child that was started with `own_session`, and its process group; without POSIX only the child."""
         if not self.is_posix:
             process.kill()
             return

@@ -33,7 +33,7 @@ class BrokenPlugin:
 @dataclass(frozen=True)
 class _Registry:
     custom: tuple[Filter, ...]
-    by_any_name: dict[str, Filter]  # each filter by its Python name and by its GUI name
+    by_any_name: dict[str, Filter]  # each filter by its Python name and by its menu name
     broken: tuple[BrokenPlugin, ...]
 
 
@@ -53,12 +53,12 @@ def broken_plugins() -> tuple[BrokenPlugin, ...]:
 
 
 def is_known(name: str) -> bool:
-    """Whether a filter has this Python name or GUI name; unlike `find_filter` it does not search for similar names."""
+    """Whether a filter has this Python name or menu name; unlike `find_filter` it does not search for similar names."""
     return name in _load().by_any_name
 
 
 def find_filter(name: str) -> Filter:
-    """Returns the filter with this Python name or GUI name, or raises `UnknownNameError` with the nearest name."""
+    """Returns the filter with this Python name or menu name, or raises `UnknownNameError` with the nearest name."""
     registry = _load()
     if name in registry.by_any_name:
         return registry.by_any_name[name]

@@ -225,7 +225,7 @@ class MeshData:
         return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
 
     def selected_vertices(self) -> Bools:
-        """Returns (n,) the selected vertices; if there are none, the vertices whose faces are all selected."""
+        """Returns (n,) the selected vertices, else those whose faces are all selected; raises `MeshError` if there are none."""
         vertices, faces, chosen, n = self.vertex_selection, self.faces, self.face_selection, len(self.vertices)
         if vertices.any() or (vertices := mask_of(faces[chosen], n) & ~mask_of(faces[~chosen], n)).any():
             return vertices

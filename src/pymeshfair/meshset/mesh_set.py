@@ -146,7 +146,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Adds a mesh of pymeshlab, trimesh, Open3D or PyVista as a layer; see `to_trimesh` for the way back.
 
         A note, see `on_note`, names contents that MeshLab does not take. Raises `ForeignMeshError` if `mesh` is no mesh of these
-        packages, or has values for more or fewer vertices or faces than it has.
+        packages, a scene with no parts or parts of several kinds, or has values for more or fewer vertices or faces than it has.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
@@ -163,7 +163,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
         A note, see `on_note`, names contents that trimesh does not take; `to_open3d` and `to_pyvista` send such notes, too.
-        All three count vertices that are all white as uncoloured, and scalars that are all 0 as none.
+        All three count vertices that are all white as uncoloured, and vertex scalars that are all 0 as none.
         """
         return self._exported(exchange.to_trimesh)
 
