@@ -107,7 +107,7 @@ class System:
             return None
         return True
 
-    def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
+    def move_open_file(self, source: Path, target: Path) -> None:
         """Renames a new file that this process holds open; without POSIX makes an empty file `target` instead."""
         if self.is_posix:
             source.replace(target)

@@ -146,7 +146,7 @@ def in_use(folder: Path) -> Iterator[None]:
     # The file gets its final name once it is locked, so that no other run sees an unlocked lock file.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
         system.try_lock(lock, alone=False)
-        system.move_open_file(lock, Path(lock.name), folder / _LOCK)
+        system.move_open_file(Path(lock.name), folder / _LOCK)
         yield
 
 
