@@ -69,7 +69,7 @@ class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[
 
 
 class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
-    """A filter could not do its work; ``__cause__`` is the filter's own error."""
+    """A filter could not do its work; ``__cause__`` is the filter's own error, if it raised one."""
 
 
 class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]

@@ -72,7 +72,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
             UnknownLayerError: no layer has the given id.
-            FilterFailedError: a plugin's filter failed; the mesh is unchanged, unless MeshLab could not take the whole result.
+            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless MeshLab took part of the result.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
@@ -121,7 +121,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
         The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. Its limits are not
-        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`.
+        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)
