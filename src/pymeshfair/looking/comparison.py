@@ -205,7 +205,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
     # The two searches run in turn, since each takes as much memory as all the rest.
     after_distance = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
     before_distance = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
-    same_vertices = bool(len(first.faces)) and same_elements(first, second)
+    has_same_faces = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
         edge, diagonal = before.mean_edge, before.diagonal
@@ -229,7 +229,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         hausdorff_at_most=length(at_most),
         rounding=rounding,
         same_surface=at_most <= rounding,
-        displacement=_moved(first.vertices, second.vertices, length) if same_vertices else None,
+        displacement=_moved(first.vertices, second.vertices, length) if has_same_faces else None,
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
@@ -237,7 +237,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         attributes_lost=tuple(a for a in ATTRIBUTES if a in attributes_before and a not in attributes_after),
         attributes_gained=tuple(a for a in ATTRIBUTES if a in attributes_after and a not in attributes_before),
         **verdict,
-        **_faces(before, after, after_distance, before_distance, same_faces=same_vertices),
+        **_faces(before, after, after_distance, before_distance, same_faces=has_same_faces),
     )
     return Compared(before, after, comparison, after_distance, before_distance)
 
