@@ -180,7 +180,7 @@ class MeshData:
 
     @property
     def face_scalars(self) -> Floats:
-        """(m,) the scalars of the faces."""
+        """(m,) the scalars of the faces; raises `MeshError` if there are none."""
         return self._face_attribute("scalars")
 
     @property
@@ -191,7 +191,7 @@ class MeshData:
 
     @property
     def face_colors(self) -> Floats:
-        """(m, 4) from 0 to 1."""
+        """(m, 4) from 0 to 1; raises `MeshError` if there are none."""
         return _frozen(self._face_attribute("colors") / 255.0)
 
     has_vertex_scalars = property(lambda self: "scalars" in self.vertex_attributes)
