@@ -132,7 +132,7 @@ def _why_unusable(declared: Filter, by_any_name: dict[str, Filter]) -> str | Non
     if declared.function is None:
         return "has no function"
     if not names[0].isidentifier() or iskeyword(names[0]) or not names[1].strip():
-        return f"needs a Python name and a name for menus; they are {names[0]!r} and {names[1]!r}"
+        return f"needs a Python name and a menu name; they are {names[0]!r} and {names[1]!r}"
     for name in names:
         if other := by_any_name.get(name):
             return f"cannot be added: the name {name!r} is taken by {other.python_name!r} of {other.origin}"
