@@ -1,4 +1,4 @@
-"""Reads and formats ``OUTPUT.provenance.json``, the record of a run; the records of equal runs differ only in ``"run"``."""
+"""Reads and formats ``OUTPUT.provenance.json``, the record of a run; in equal runs only ``"run"`` and messages can differ."""
 
 import hashlib
 import json
