@@ -106,7 +106,7 @@ def test_an_entry_point_may_name_one_filter(install: Install) -> None:
             "lab = broken_filters",
             "'Taubin Smooth' is taken by 'apply_coord_taubin_smoothing' of MeshLab",
         ),
-        (GOOD.replace("Scan Lab Nothing", " "), "lab = broken_filters", "needs a Python name and a name for menus"),
+        (GOOD.replace("Scan Lab Nothing", " "), "lab = broken_filters", "needs a Python name and a menu name"),
         (GOOD.replace('"Does nothing."', ""), "lab = broken_filters", "DeclarationError: .* has no docstring"),
     ],
 )

@@ -41,7 +41,7 @@ class System:
         return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
-        """Kills a child that was started with `own_session`, and all its descendants; without POSIX only the child."""
+        """Kills a child that was started with `own_session`, and its process group; without POSIX only the child."""
         if not self.is_posix:
             process.kill()
             return
@@ -107,7 +107,7 @@ class System:
             return None
         return True
 
-    def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
+    def move_open_file(self, source: Path, target: Path) -> None:
         """Renames a new file that this process holds open; without POSIX makes an empty file `target` instead."""
         if self.is_posix:
             source.replace(target)

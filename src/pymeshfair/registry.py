@@ -33,7 +33,7 @@ class BrokenPlugin:
 @dataclass(frozen=True)
 class _Registry:
     custom: tuple[Filter, ...]
-    by_any_name: dict[str, Filter]  # each filter by its Python name and by its GUI name
+    by_any_name: dict[str, Filter]  # each filter by its Python name and by its menu name
     broken: tuple[BrokenPlugin, ...]
 
 
@@ -53,12 +53,12 @@ def broken_plugins() -> tuple[BrokenPlugin, ...]:
 
 
 def is_known(name: str) -> bool:
-    """Whether a filter has this Python name or GUI name; unlike `find_filter` it does not search for similar names."""
+    """Whether a filter has this Python name or menu name; unlike `find_filter` it does not search for similar names."""
     return name in _load().by_any_name
 
 
 def find_filter(name: str) -> Filter:
-    """Returns the filter with this Python name or GUI name, or raises `UnknownNameError` with the nearest name."""
+    """Returns the filter with this Python name or menu name, or raises `UnknownNameError` with the nearest name."""
     registry = _load()
     if name in registry.by_any_name:
         return registry.by_any_name[name]
@@ -132,7 +132,7 @@ def _why_unusable(declared: Filter, by_any_name: dict[str, Filter]) -> str | Non
     if declared.function is None:
         return "has no function"
     if not names[0].isidentifier() or iskeyword(names[0]) or not names[1].strip():
-        return f"needs a Python name and a name for menus; they are {names[0]!r} and {names[1]!r}"
+        return f"needs a Python name and a menu name; they are {names[0]!r} and {names[1]!r}"
     for name in names:
         if other := by_any_name.get(name):
             return f"cannot be added: the name {name!r} is taken by {other.python_name!r} of {other.origin}"

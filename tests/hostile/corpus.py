@@ -193,7 +193,7 @@ def documents() -> Iterator[Case]:
     yield Case("half.wrl", vrml().encode()[:-6], "is cut short")
     yield Case("inline.wrl", vrml(more='Inline { url "b.wrl" }').encode(), "of the type Inline, which is not supported")
     yield Case("proto.wrl", vrml(more='EXTERNPROTO A [ ] "b.wrl"').encode(), "of the type EXTERNPROTO, which is not supported")
-    yield Case("old.wrl", vrml().replace("V2.0 utf8", "V1.0 ascii").encode(), "older versions are not known")
+    yield Case("old.wrl", vrml().replace("V2.0 utf8", "V1.0 ascii").encode(), "other versions are not known")
     yield Case("corner.x3d", x3d(corners="0 1 -2 -1").encode(), "number 3 of the coordIndex.*is -2")
     yield Case("inline.x3d", x3d(more='<Inline url="b.x3d"/>').encode(), "of the type Inline, which is not supported")
     yield Case("corner.3mf", three_mf(last=7), "is 7, which is no index into 3 values")

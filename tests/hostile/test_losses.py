@@ -74,12 +74,7 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("alpha.ply", _ply(*(("uchar", c, [1, 2, 3, 4]) for c in ("red", "green", "blue", "alpha"))), "out.obj", "vertex opacities"),
     ("intensity.ply", _ply(("float", "intensity", _FOUR)), "out.obj", "vertex property 'float intensity'"),
     ("scalar.ply", _ply(("float", "quality", _FOUR)), "out.off", "vertex scalars"),
-    (
-        "face_normals.ply",
-        _ply(faces=[("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]),
-        "out.obj",
-        "face property",
-    ),
+    ("face_normals.ply", _ply(faces=[("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]), "out.obj", "face property"),
     ("lists.ply", _ply(("list uchar int", "views", [[1, 2], [5], [3], [4]])), "out.obj", "'list int views'"),
     ("comment.ply", _ply(head="comment scanned on Monday"), "out.obj", "comment 'scanned on Monday'"),
     ("info.ply", _ply(head="obj_info range 3"), "out.obj", "range 3"),
@@ -114,6 +109,7 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("names.glb", _gltf({"nodes": [{"mesh": 0, "name": "nose"}]}, {}), "out.ply", "names of nodes"),
     ("normals.glb", _gltf({}, {"NORMAL": 1}), "out.stl", "vertex normals"),
     ("unit.glb", _gltf({}, {}), "out.ply", "does not hold the unit of unit.glb, m; .3mf and .glb keep it"),
+    ("e.glb", _gltf({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 3}]}]}, {}), "out.ply", "; .glb keeps"),
 )
 
 

@@ -54,8 +54,8 @@ def test_a_child_is_seen_to_run_and_to_end(system: System) -> None:
 @pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
 def test_files_and_folders_are_flushed_and_moved(system: System, tmp_path: Path) -> None:
     """A file and a folder can be flushed; a file held open gets its new name, or a second one has it."""
-    with (tmp_path / "new").open("xb") as file:
-        system.move_open_file(file, tmp_path / "new", tmp_path / "old")
+    with (tmp_path / "new").open("xb"):
+        system.move_open_file(tmp_path / "new", tmp_path / "old")
     assert (tmp_path / "old").exists()
     system.flush(tmp_path / "old")
     system.flush(tmp_path)

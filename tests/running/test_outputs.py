@@ -99,6 +99,7 @@ def test_what_a_former_run_wrote_may_be_replaced(tmp_path: Path, source: Path) -
         (lambda o, s: material_path(o).write_bytes(b"edited"), "obj.mtl: it exists and has been changed"),
         (lambda o, s: provenance_path(o).write_text("{}"), "no provenance says"),
         (lambda o, s: provenance_path(o).write_text(f'{{"schema": "{SCHEMA}", "input": 1, "output": 2}}'), "no provenance says"),
+        (lambda o, s: provenance_path(o).write_text(f'{{"schema":"{SCHEMA}","input":{{}},"output":{{}},"guards":0}}'), "no prov"),
         (lambda o, s: provenance_path(o).write_text("broken {"), "no provenance says"),
         (lambda o, s: record(o, s.with_name("other.ply"), material_path(o)), "was made from another input, .*other.ply"),
         (lambda o, s: record(o, s), "obj.mtl: it exists and is not from the last run that wrote the output"),

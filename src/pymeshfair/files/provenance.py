@@ -1,4 +1,4 @@
-"""Reads and formats ``OUTPUT.provenance.json``, the record of a run; the records of equal runs differ only in ``"run"``."""
+"""Reads and formats ``OUTPUT.provenance.json``, the record of a run; in equal runs only ``"run"`` and messages can differ."""
 
 import hashlib
 import json
@@ -20,9 +20,9 @@ def read_provenance(output: Path) -> dict[str, Any] | None:
         record = json.loads(provenance_path(output).read_bytes())
     except (OSError, ValueError):
         return None
-    if not isinstance(record, dict) or record.get("schema") != SCHEMA:
-        return None
-    return record if all(isinstance(record.get(part), dict) for part in ("input", "output")) else None
+    known = isinstance(record, dict) and record.get("schema") == SCHEMA
+    parts = [record.get("input"), record.get("output"), record.get("options", {}), record.get("guards", {})] if known else [None]
+    return record if all(isinstance(part, dict) for part in parts) else None
 
 
 def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:

@@ -197,7 +197,7 @@ class Assembly:
         return MeshData(vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face)
 
     def tinted(self, part: MeshData, shades: Sequence[Sequence[float]]) -> MeshData:
-        """Multiplies colours of vertices by `shades`, material colours of points and lines; lost if vertices are shared."""
+        """Multiplies vertex colours by the material colour in `shades`; a part with faces or several `shades` stays unchanged."""
         if all(shade == 1.0 for each in shades for shade in each):
             return part
         if len(part.faces) or len({tuple(each) for each in shades}) > 1:

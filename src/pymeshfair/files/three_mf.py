@@ -48,7 +48,7 @@ _UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", 
 class _Object:
     """An object: coordinates and corner numbers as texts, attributes of triangles, and components."""
 
-    properties: tuple[str, str]
+    properties: tuple[str, str]  # of triangles without their own: the id of the group, and the index in the group
     coordinates: list[str] = field(default_factory=list)
     corners: list[str] = field(default_factory=list)
     attributes: dict[int, dict[str, str]] = field(default_factory=dict)

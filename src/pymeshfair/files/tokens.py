@@ -48,7 +48,7 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 def lex(
     text: Bytes, slashes: bool, kinds: Any, values: Any, first: Any, starts: Any, numbers: Any, keywords: Any, decimals: Any
 ) -> tuple[int, int]:
-    """Fills the arrays of `Tokens`; returns the numbers of tokens and lines.
+    """Fills the arrays of `Tokens`; returns the counts of tokens and lines.
 
     The value of a decimal, or of an integer above `_EXACT`, is NaN; `tokenise` reads the number from its copy in `decimals`.
     """

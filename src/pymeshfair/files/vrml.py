@@ -87,7 +87,7 @@ def read_vrml(path: Path, references: References) -> Reading:
     """Reads a scene in VRML, or in X3D with the same syntax."""
     text = path.read_bytes().decode("utf-8", "surrogateescape")
     if not text.startswith(_HEADS) or "\0" in text:
-        raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older versions are not known")
+        raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; other versions are not known")
     return _read_nodes(_Parser(text).nodes(), path, references)
 
 

@@ -1,4 +1,4 @@
-"""Writes all files of the program: checks what may be replaced, and puts files in place whole or not at all.
+"""Checks which files may be replaced, and puts new files in place whole or not at all.
 
 A run replaces a file on request, or if it is unchanged since a run with the same input, recipe, layers and unit wrote it.
 A link, folder, pipe or device is never replaced. A run writes its files to a hidden staging folder; `place` moves all or none.
@@ -119,7 +119,7 @@ def _locked(path: Path, output: Path) -> BinaryIO:
 
 @contextlib.contextmanager
 def staging_folder(output: Path) -> Iterator[Path]:
-    """Makes a folder beside `output` with the empty folders ``new`` and ``old``; at the end removes it with its contents."""
+    """Removes abandoned staging folders beside `output`, and makes one with empty ``new`` and ``old``, removed at the end."""
     for folder in abandoned_folders(output.parent):
         if not folder.name.startswith(WORK_PREFIX):
             remove_folder(folder)
@@ -146,7 +146,7 @@ def in_use(folder: Path) -> Iterator[None]:
     # The file gets its final name once it is locked, so that no other run sees an unlocked lock file.
     with (folder / f"{_LOCK}.new").open("wb") as lock:
         system.try_lock(lock, alone=False)
-        system.move_open_file(lock, Path(lock.name), folder / _LOCK)
+        system.move_open_file(Path(lock.name), folder / _LOCK)
         yield
 
 

@@ -65,7 +65,7 @@ def check_size(read: ReadMesh) -> None:
 
 
 def state_of(read: ReadMesh) -> MeshState:
-    """Measures a mesh; raises `FilterInputError` if a vertex is so far away that the edges between the others lose digits."""
+    """Measures a mesh; raises as `check_size`, and `FilterInputError` for a vertex so far away that other edges lose digits."""
     mesh = read.mesh
     normalised_mesh(mesh.vertices, mesh.faces).check_far()
     check_size(read)
@@ -154,7 +154,7 @@ class Comparison:
     displacement: Moved | None  # None for clouds, and unless `same_elements`
     area_change: float | None  # in percent; None if the first has no area
     volume_change: float | None  # in percent; None unless both meshes have a volume and the first volume is not 0
-    normal_deviation: float | None  # the mean angle in degrees between the normals of both surfaces, by area; None for clouds
+    normal_deviation: float | None  # the mean angle in degrees between both surfaces' normals, by area; None if one has no area
     largest_normal_deviation: float | None  # in degrees
     flipped_faces: int | None  # number of faces of the second mesh turned by over 90 degrees at more than half of their samples
     sharp_edges_kept: float | None  # share by length: sharp edges of the first with a sharp edge of the second within a mean edge
@@ -205,7 +205,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
     # The two searches run in turn, since each takes as much memory as all the rest.
     after_distance = surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces))
     before_distance = surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces))
-    same_vertices = bool(len(first.faces)) and same_elements(first, second)
+    has_same_faces = bool(len(first.faces)) and same_elements(first, second)
 
     def length(value: float) -> LengthIn:
         edge, diagonal = before.mean_edge, before.diagonal
@@ -229,7 +229,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         hausdorff_at_most=length(at_most),
         rounding=rounding,
         same_surface=at_most <= rounding,
-        displacement=_moved(first.vertices, second.vertices, length) if same_vertices else None,
+        displacement=_moved(first.vertices, second.vertices, length) if has_same_faces else None,
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
@@ -237,7 +237,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         attributes_lost=tuple(a for a in ATTRIBUTES if a in attributes_before and a not in attributes_after),
         attributes_gained=tuple(a for a in ATTRIBUTES if a in attributes_after and a not in attributes_before),
         **verdict,
-        **_faces(before, after, after_distance, before_distance, same_faces=same_vertices),
+        **_faces(before, after, after_distance, before_distance, same_faces=has_same_faces),
     )
     return Compared(before, after, comparison, after_distance, before_distance)
 
@@ -250,7 +250,7 @@ def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, to
     faces, amounts, weights = distance.faces[over], distance.distances[over], distance.weights[over]
     part, places = np.arange(len(over)), sample_places(mesh.vertices, mesh.faces, distance.faces, over)
     if len(mesh.faces):
-        # Samples miss tips: vertices and the furthest place count, too, without area.
+        # Samples miss the tips of spikes, so vertices and the furthest place are added, without area.
         face_of_vertex = np.full(len(mesh.vertices), -1)
         face_of_vertex[mesh.faces] = np.arange(len(mesh.faces))[:, None]
         tips = np.flatnonzero((np.abs(distance.at_vertices) > tolerance) & (face_of_vertex >= 0))

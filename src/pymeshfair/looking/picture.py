@@ -173,7 +173,7 @@ def view_angles(text: str) -> tuple[float, float]:
 
 
 def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
-    """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" as in scanners, or "z".
+    """Returns the (3, 3) directions to the right, upwards and to the eye; `up` is the upright axis, "y" or "z".
 
     The eye moves `azimuth` degrees to the right around `up`, and `elevation` degrees up. If both angles are 0, it looks
     along -z if y is up, and along +y if z is up.
@@ -348,7 +348,7 @@ def round_length(most: float) -> float:
 
 
 def number(value: float) -> str:
-    """Returns a number with three digits."""
+    """Returns a number as text with three significant digits."""
     return f"{value + 0.0:.3g}"
 
 

@@ -238,9 +238,10 @@ def _find_donors(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns (a,) the rim vertex nearest to each added vertex, (b,) a donor at the rim vertex nearest to each added centroid.
 
-    Donors are the old faces in the (m,) mask `may_donate`. A patch, connected added faces, gets the one of the (m,) `textures`
-    whose donors share the most vertices with it. The rim of a texture: the vertices that its donors share with the patches that
-    get it. A patch that touches no donor, or a vertex without faces, may take any vertex of a donor. `old` counts old points.
+    The first `old` points are the old vertices; donors are the old faces in the (m,) mask `may_donate`. A patch is a component of
+    the added faces. It gets the one of the (m,) `textures` whose donors share the most vertices with it. The rim of a texture is
+    all vertices that its donors share with the patches that get it. For a patch that touches no donor, and for an added vertex of
+    no face, all vertices of donors are the rim.
     """
     patches, count = connected_components(added_faces, len(points))
     numbers, kinds = np.unique(textures, return_inverse=True)
@@ -272,7 +273,6 @@ def _continued_texture(
     The image, (height, width, 3) `pixels`, has no pixels for added faces. So an added face shows the colour of one near old face:
     the one most similar to a blend of the colours around. Without an image or a near old face, it shows the colour of its donor.
     Corners of old faces are not used, since pixels of other charts may show there.
-
     `wedges` are the (m, 3, 2) texture coordinates at corners, `donors` the (b,) donors of added faces, all in `may_donate`.
     """
     centroids = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # MeshLab stores single precision

@@ -180,7 +180,7 @@ class MeshData:
 
     @property
     def face_scalars(self) -> Floats:
-        """(m,) the scalars of the faces."""
+        """(m,) the scalars of the faces; raises `MeshError` if there are none."""
         return self._face_attribute("scalars")
 
     @property
@@ -191,7 +191,7 @@ class MeshData:
 
     @property
     def face_colors(self) -> Floats:
-        """(m, 4) from 0 to 1."""
+        """(m, 4) from 0 to 1; raises `MeshError` if there are none."""
         return _frozen(self._face_attribute("colors") / 255.0)
 
     has_vertex_scalars = property(lambda self: "scalars" in self.vertex_attributes)
@@ -225,7 +225,7 @@ class MeshData:
         return float(nearest_neighbours(self.vertices, 1)[0].mean()) if len(self.vertices) > 1 else 0.0
 
     def selected_vertices(self) -> Bools:
-        """Returns (n,) the selected vertices; if there are none, the vertices whose faces are all selected."""
+        """Returns (n,) the selected vertices, else those whose faces are all selected; raises `MeshError` if there are none."""
         vertices, faces, chosen, n = self.vertex_selection, self.faces, self.face_selection, len(self.vertices)
         if vertices.any() or (vertices := mask_of(faces[chosen], n) & ~mask_of(faces[~chosen], n)).any():
             return vertices

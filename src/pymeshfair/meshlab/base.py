@@ -24,7 +24,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool, script: str = "") -> dict[str, Any]:
-    """Applies a filter without adding it to MeshLab's own script; returns its report. A `script` is applied in its place."""
+    """Applies a filter without adding it to MeshLab's own script; returns its report. A `script` replaces it and gives none."""
     with MESHLAB:
         try:
             if script:
@@ -69,7 +69,7 @@ class FilterParameterError(ParameterError, PyMeshLabException):  # type: ignore[
 
 
 class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
-    """A filter could not do its work; ``__cause__`` is the filter's own error."""
+    """A filter could not do its work; ``__cause__`` is the filter's own error, if it raised one."""
 
 
 class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]
@@ -81,4 +81,4 @@ class ScriptStepFailedError(StepFailedError, FilterFailedError):
 
 
 class ForeignMeshError(PymeshfairError, TypeError):
-    """An object to add is no mesh of a supported class, or has elements that MeshLab cannot hold."""
+    """An object to add has an unsupported class, is a scene of no or several kinds of parts, or has too many or few values."""

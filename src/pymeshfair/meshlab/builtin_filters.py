@@ -26,7 +26,7 @@ class BuiltinFilters:
         converted = self._for_meshlab(declared, values)
         try:
             if is_beyond := self._is_beyond_bounds(declared, converted):
-                checked(declared, values)  # the script lacks values that no script can have
+                checked(declared, values)  # raises an error for values that the script would leave out
             text = script() if is_beyond else ""
             return apply_filter(self._meshset, declared.python_name, converted, verbose=self.verbose, script=text)
         except pymeshlab.PyMeshLabException:

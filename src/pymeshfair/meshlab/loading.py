@@ -21,7 +21,7 @@ class MeshLabLoadError(PymeshfairError, ImportError):
 
 
 def load_pymeshlab() -> None:
-    """Imports pymeshlab; raises an error if the package or one of its plugins lacks a system library."""
+    """Imports pymeshlab; raises `MeshLabLoadError` if it is not installed, or if it or a plugin of it lacks a system library."""
     if missing := _missing_libraries():
         raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 

@@ -75,7 +75,7 @@ def as_meshlab(arrays: Arrays) -> Any:
 
 
 def custom_values(arrays: Arrays) -> dict[tuple[str, str], Floats]:
-    """Returns the values that become custom attributes, by element and name, each (n,) or (m,); raises `ForeignMeshError`."""
+    """Returns (n,) or (m,) custom attributes by element and name; raises `ForeignMeshError` for values of another length."""
     found: dict[tuple[str, str], Floats] = {}
     for element, values, rows in (("vertex", arrays.of_vertices, arrays.vertices), ("face", arrays.of_faces, arrays.faces)):
         taken: set[str] = set()

@@ -27,7 +27,7 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Applies filters of MeshLab and of plugins; layer ids in its steps skip helper layers, see `Workbench.without_helpers`."""
+    """Applies filters of MeshLab and of plugins; layer ids in its steps leave out helper layers (`Workbench.without_helpers`)."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench
@@ -128,7 +128,7 @@ class ScriptLog:
         return cls(Script(()) if file is None else read_script(file))
 
     def apply(self, apply_step: Callable[[Step], tuple[Any, Step]]) -> Iterator[tuple[Any, Step]]:
-        """Applies each step in turn, yields its result, and sets its `size`; raises `ScriptStepFailedError` if a step fails."""
+        """Applies each step, sets its `size`, yields its result and the step as applied, or raises `ScriptStepFailedError`."""
         for number, step in enumerate(list(self.steps), 1):
             try:
                 result, done = apply_step(step)

@@ -72,7 +72,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
             UnknownLayerError: no layer has the given id.
-            FilterFailedError: a plugin's filter failed; the mesh is unchanged, unless MeshLab could not take the whole result.
+            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless MeshLab took part of the result.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
@@ -121,7 +121,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
         The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. Its limits are not
-        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`.
+        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)
@@ -146,7 +146,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Adds a mesh of pymeshlab, trimesh, Open3D or PyVista as a layer; see `to_trimesh` for the way back.
 
         A note, see `on_note`, names contents that MeshLab does not take. Raises `ForeignMeshError` if `mesh` is no mesh of these
-        packages, or has values for more or fewer vertices or faces than it has.
+        packages, a scene with no parts or parts of several kinds, or has values for more or fewer vertices or faces than it has.
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _locked(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
@@ -163,7 +163,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         """Returns the current mesh as a `trimesh.Trimesh` with its attributes; without faces as a `Path3D` or a `PointCloud`.
 
         A note, see `on_note`, names contents that trimesh does not take; `to_open3d` and `to_pyvista` send such notes, too.
-        All three count vertices that are all white as uncoloured, and scalars that are all 0 as none.
+        All three count vertices that are all white as uncoloured, and vertex scalars that are all 0 as none.
         """
         return self._exported(exchange.to_trimesh)
 

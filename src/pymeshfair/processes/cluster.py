@@ -48,7 +48,7 @@ class Scheduler:
     def __post_init__(self) -> None:
         require_extra("cluster", "distributed")
 
-    def place(self) -> str:
+    def find_address(self) -> str:
         if self.file is None:
             return self.address
         try:
@@ -79,7 +79,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # dask warns about differing versions
-        address, security = scheduler.place(), scheduler.security()
+        address, security = scheduler.find_address(), scheduler.security()
         try:
             client = Client(address, security=security, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
         except (OSError, ValueError, TimeoutError, TypeError, RuntimeError) as error:

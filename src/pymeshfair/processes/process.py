@@ -128,7 +128,7 @@ class Process:
         return int(self._process.wait())
 
     def kill(self) -> None:
-        """Ends the process, and under POSIX all processes that it has started; any thread may call this."""
+        """Ends the process, and under POSIX its process group; any thread may call this."""
         if self._process.returncode is None:  # else another process may have its number by now
             self._system.kill(self._process)
 

@@ -212,7 +212,7 @@ class SectionChart:
 
 
 def section_chart(meshes: Iterable[MeshData], plane: Plane, unit: str | None) -> SectionChart | None:
-    """The section of two meshes; None if the plane cuts neither, or touches them at a point."""
+    """The section of two meshes; None if the plane cuts neither, or only touches them at one point."""
     outlines = [outline(mesh, plane) for mesh in meshes]
     points = np.concatenate(outlines).reshape(-1, 2)
     if not len(np.unique(points, axis=0)) > 1:

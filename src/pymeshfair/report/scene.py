@@ -1,8 +1,8 @@
 """Meshes for the viewer in the browser: decimated, quantised and compressed.
 
 The viewer (``viewer.js``) reads this layout. A scene is a header in JSON and a body of bytes. Coordinates are integers of 16 bits
-in a cube around the meshes, normals are two integers of 12 bits on an octahedron [meyer2010], and scalars for colours are
-integers of 8 bits between the ends of their colour bar. The body holds the differences of these integers, see `_planes`.
+in a cube around the meshes, normals are two integers of 12 bits on an octahedron [meyer2010], scalars for colours are integers of
+8 bits between the ends of their colour bar, and indices have 32 bits. The body holds differences of these numbers, see `_planes`.
 """
 
 import base64
@@ -199,7 +199,7 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
 
 
 def _planes(array: NDArray[Any]) -> bytes:
-    """The differences of integers from row to row, as bytes: the lowest bytes of all differences, then all second bytes, ..."""
+    """The differences of integers down each column, as bytes: the lowest bytes of all differences, then all second bytes, ..."""
     if not array.size:
         return b""
     table = array.reshape(len(array), -1)

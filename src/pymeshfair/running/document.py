@@ -1,6 +1,6 @@
 """The layers of a run, numbered as in MeshLab, and the steps that change them.
 
-A plugin's filter returns an edit of the current mesh. MeshLab's filters run in the door (`Door`), a mesh set inside MeshLab.
+A plugin's filter returns an edit of the current mesh. MeshLab's filters run in a `Door`, a MeshLab mesh set with the same layers.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ class Document:
     ) -> None:
         """Files for MeshLab are written to `folder`; `on_progress` may raise to stop a filter."""
         self._folder, self._on_progress, self._on_note = folder, on_progress, on_note
-        self._meshes: dict[int, MeshData | None] = {}  # None: only the door has the mesh
+        self._meshes: dict[int, MeshData | None] = {}  # None: only the `Door` has the mesh
         self._visible: dict[int, bool] = {}
         self._next_id = 0
         self._door: Door  # set by the first step with a filter of MeshLab
-        self._door_is_current = False  # whether the door has the layers as they are now
+        self._door_is_current = False  # whether the `Door` has the layers as they are now
         self.current_id: int | None = None
         self.losses: list[str] = []
 
@@ -77,7 +77,7 @@ class Document:
 
     @property
     def state(self) -> State | None:
-        """A snapshot of the layers; None if the mesh of a layer is only in the door."""
+        """A snapshot of the layers; None if the mesh of a layer is only in the `Door`."""
         meshes = {number: mesh for number, mesh in self._meshes.items() if mesh is not None}
         if len(meshes) < len(self._meshes):
             return None

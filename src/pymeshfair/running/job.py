@@ -89,13 +89,14 @@ class Job:
         superseded = [f"{self.recipe.name} is superseded: {advice}"] if advice else []
         return (*lengths_out_of_proportion(self.recipe.script, diagonal=diagonal), *superseded)
 
-    def losses_of_unit(self, file_unit: str | None, elements: int = 0) -> tuple[str, ...]:
-        """A warning if the output has another format, which cannot hold the input's unit; `elements` counts faces and edges."""
+    def losses_of_unit(self, file_unit: str | None, faces: int = 0, edges: int = 0) -> tuple[str, ...]:
+        """A warning if the output has another format, which cannot hold the input's unit; `faces` and `edges` are counts."""
         kind, source = WRITABLE[extension(self.output)], READABLE.get(extension(self.input))
         if file_unit is None or file_unit in kind.units or kind is source:
             return ()
         of_source = f"; .{source.extension} keeps it" if source is not None and source.writer else ""
-        advice = "; .3mf and .glb keep it" if elements else of_source  # .3mf holds no clouds, .glb rounds survey coordinates
+        of_cells = "; .3mf and .glb keep it" if faces else "; .glb keeps it" if edges else ""
+        advice = of_cells or of_source  # .3mf holds faces alone; .glb rounds survey coordinates
         return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}{advice}",)
 
     def check_unit(self) -> None:

@@ -314,7 +314,7 @@ class Session:
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
-        self._lose([*saved.warnings, *self._job.losses_of_unit(file_unit, len(after.mesh.faces) + len(after.mesh.edges))])
+        self._lose([*saved.warnings, *self._job.losses_of_unit(file_unit, len(after.mesh.faces), len(after.mesh.edges))])
         staged = (saved.output, *saved.side_files)
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return described[0] | {"side_files": described[1:]}, staged
