@@ -135,7 +135,7 @@ def apply_coord_normal_filtering(
     if made is not None and not set_values and compare:
         findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
     is_open = made is not None and bool(border_vertices(layer.faces, len(vertices)).any())
-    notes = denoising.notes_of_choice(made, set_values, is_open=is_open)
+    notes = denoising.notes_of_choice(made, effective, is_open=is_open)
     before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     changes = {"drift": _mean_displacement(layer, vertices), "folded_before": before, "folded_after": after}
     if after:

@@ -15,6 +15,7 @@ from .normal_filtering import normal_filtering
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 #: the parameters of the steps before normal filtering
 PREPARATION = ("outliers", "rounding", "relaxation", "relaxation_direction")
+_MOVING = PREPARATION[:3]
 _STEPS = inspect.signature(normal_filtering).parameters
 #: all parameters, with defaults for those that neither the caller nor the choice for the mesh sets
 DEFAULTS: dict[str, Any] = {
@@ -44,19 +45,20 @@ def parameters_for_mesh(
     not_tried = ("normal_iterations", "rounding")
     tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in not_tried})
     made = automatic_choice(vertices, faces, repertoire=tried, **options)
+    chosen: dict[str, Any] = {}
     if made.setting.parameters is not None:
         chosen = asdict(made.setting.parameters)
-    else:  # without given parameters no normal filtering, else the default number of rounds
-        chosen = {} if set_values else {"outer_iterations": 0}
+    elif set_values.keys() <= set(PREPARATION):  # no normal filtering; if parameters of it are set, the default number of rounds
+        chosen = {"outer_iterations": 0}
     before = {name: getattr(made.setting, name) for name in PREPARATION}
     return {**DEFAULTS, **chosen, **before, **set_values}, made
 
 
-def notes_of_choice(made: AutomaticChoice | None, set_values: Mapping[str, Any], *, is_open: bool) -> tuple[str, ...]:
-    """Notes on a choice without set values: on a clean mesh, and on correlated noise (not rounding) if the mesh `is_open`."""
-    if made is None or set_values:
+def notes_of_choice(made: AutomaticChoice | None, parameters: Mapping[str, Any], *, is_open: bool) -> tuple[str, ...]:
+    """Notes on a choice: if all the `parameters` do nothing, and on correlated noise (not rounding) if the mesh `is_open`."""
+    if made is None:
         return ()
-    if made.kind == "clean":
+    if parameters["outer_iterations"] == 0 and all(parameters[name] == DEFAULTS[name] for name in _MOVING):
         return (NOTHING_TO_REMOVE,)
     text = (
         "neighbouring vertices share their noise, and the border does not count in the choice of the filter: faces at "

@@ -12,6 +12,7 @@ import pytest
 from pymeshfair.declaration import Bools, Edit, Filter, Layer
 from pymeshfair.filters.denoising import (
     FIXED,
+    NOTHING_TO_REMOVE,
     AutomaticChoice,
     Setting,
     denoise_automatically,
@@ -158,7 +159,7 @@ def test_faces_that_are_turned_against_their_neighbours_are_said() -> None:
 def test_where_neighbours_share_the_noise_the_border_is_named(rough: Mesh) -> None:
     """An open mesh gets a note that nothing speaks for its border; a closed one has none."""
     for (vertices, faces), named in ((irregular_grid(5, 5), True), (rough, False)):
-        made = AutomaticChoice("correlated", Setting(), estimate_noise(vertices, faces))
+        made = AutomaticChoice("correlated", Setting(relaxation=3), estimate_noise(vertices, faces))
         with mock.patch("pymeshfair.filters.denoising.completion.automatic_choice", return_value=made):
             notes = apply(apply_coord_normal_filtering, Surface(vertices, faces)).notes
         assert [("at the border" in note) for note in notes] == [True] * named
@@ -212,6 +213,19 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
         filtered(rough, **{**DEFAULTS, "range_sigma": "auto"})
     first = {name: DEFAULTS[name] for name in STEP_ONE}
     assert "shape" not in apply(apply_normal_robust_filtering_per_face, Surface(*rough), **first).values
+
+
+def test_a_clean_mesh_is_left_alone_where_only_the_preparation_is_set() -> None:
+    """What is set before normal filtering is done, and no normal filtering is added; if nothing is done, a note says so."""
+    vertices, faces = icosphere(3)
+    for values in ({"outliers": "keep"}, {"rounding": "keep"}, {"relaxation_direction": "normal"}):
+        edit = apply(apply_coord_normal_filtering, Surface(vertices, faces), **values)
+        assert edit.vertices is not None
+        np.testing.assert_array_equal(edit.vertices, vertices)
+        assert edit.notes == (NOTHING_TO_REMOVE,)
+    moved, values = filtered((vertices, faces), relaxation=3)
+    np.testing.assert_array_equal(moved, taubin_fairing(vertices, faces, iterations=3))
+    assert values["outer_iterations"] == 0
 
 
 def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> None:

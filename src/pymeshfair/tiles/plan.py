@@ -171,7 +171,7 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open:
         raise FilterInputError(
             f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave all else 'auto'"
         )
-    return parameters, denoising.notes_of_choice(made, set_values, is_open=is_open)
+    return parameters, denoising.notes_of_choice(made, parameters, is_open=is_open)
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:
