@@ -43,11 +43,11 @@ class PlyDocument:
     faces: Ints | None = None  # (m, 3) its triangles
 
     def custom(self, element: str) -> dict[str, Array]:
-        """Returns, by name, the scalar properties of vertices or triangles that are custom attributes."""
+        """Returns, by name, the scalar properties of vertices, triangles or edges that are custom attributes."""
         table = self.tables.get(element)
         if table is None or (element == "face" and self.has_other_faces):
             return {}
-        standard, rows = standard_properties(table), None if element == "vertex" else self.row_of_face
+        standard, rows = standard_properties(table), self.row_of_face if element == "face" else None
         custom = {name: c for name, c in table.columns.items() if name not in standard and not isinstance(c, Lists)}
         return custom if rows is None else {name: c[rows] for name, c in custom.items()}
 
