@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit, or else the first one of a file, and warnings that name the files without; `units` are by file name."""
+    """The typed unit, else the first unit of a file; and a warning for each file without a unit. `units` are by file name."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))
@@ -220,5 +220,5 @@ def lengths_in_mesh_units(
             raise typer.BadParameter(f"{limits} is not two lengths: write it as -0.1,0.1 or -0.1mm,0.1mm", param_hint="--limits")
         ends = Ends(*(length(part) for part in parts))
         if not ends.low < ends.high:
-            raise typer.BadParameter(f"{limits}: the lower limit comes first", param_hint="--limits")
+            raise typer.BadParameter(f"{limits}: the first limit must be below the second", param_hint="--limits")
     return allowed, ends

@@ -34,7 +34,7 @@ def picture(
     ] = "front",
     up: options.Up = None,
     zoom: Annotated[
-        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in on a point; SIZE is a length: 20, 10%, 30edge.")
+        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in; vertex N is of the last mesh. SIZE: 20, 10%, 30edge.")
     ] = "",
     size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="The size of each panel in pixels.")] = "640x640",
     title: Annotated[list[str] | None, Option(metavar="TEXT", help="The title of a panel; by default the file's name.")] = None,

@@ -21,7 +21,7 @@ FILTER = "apply_coord_normal_filtering"
 
 #: trials treat a scan without outliers as clean if its noise is below this, in mean edges: clean isosurfaces have up to 0.017
 _MESHING = 0.018
-_SHOWN = 6  # the largest number of settings that are shown
+_SHOWN = 6  # how many of the best settings are shown, besides the chosen one and the unfiltered scan
 #: the smoothers that are compared: the name and the amount as shown
 _SMOOTHERS = {
     "nothing": ("nothing", ""),

@@ -103,7 +103,7 @@ class Layer(Protocol):
         ...
 
     def other(self, mesh_id: int) -> Layer:
-        """Another layer, placed by its matrix in the coordinates of this one; raises `MeshError` if no layer has this id."""
+        """Another layer, in the coordinates of this one. Raises `MeshError` for an unknown id, or a matrix without an inverse."""
         ...
 
 

@@ -118,8 +118,7 @@ class Parameter:
     default: Any = None  # None in a filter of MeshLab's whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
-    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if the parameter cannot be
-    #: automatic
+    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if it cannot be automatic
     automatic: float | None = None
 
     kind: typing.ClassVar[str] = "a value"  # the kind of value in messages, e.g. "a whole number"
@@ -256,7 +255,6 @@ class Percentage(_Bounded):
 class Enum(Parameter):
     """One of several words, by default those of the annotated `Literal`; an .mlx script has the index of the word."""
 
-    kind = "one of"
     xml_type = "RichEnum"
     python_type = str
     choices: tuple[str, ...] = ()
