@@ -170,8 +170,8 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
-    Coordinates keep the scale factors of the document if these suffice. Without `writing` the scale factor is the finest power
-    of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    With `writing`, coordinates keep the scale factors of the document if these suffice; without it, the scale factor is the
+    finest power of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()

@@ -52,7 +52,7 @@ _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in word
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
 #: keywords of state lines, which apply to all faces after them
 STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
-#: in the order of `STATES`, lines that end them for faces that have none
+#: for each keyword in `STATES`, the line that ends its state; empty if the format has no such line
 _ENDS = (b"", b"g default\n", b"s off\n", b"mg off\n", b"")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
@@ -65,7 +65,7 @@ _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
-#: the most corners of a face, since the time of triangulation grows with its square
+#: the largest number of corners of a face; the time of triangulation grows with the square of this number
 LARGEST_FACE = 10_000
 #: the colour that faces without a material have in MeshLab
 _GREY = (192, 192, 192, 255)

@@ -129,7 +129,7 @@ def parse_header(data: bytes) -> PlyHeader:
             case []:
                 pass
             case _:
-                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}")
+                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}, which is not allowed there")
     if not format_:
         raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
     whole = tuple(PlyElement(name, count, tuple(properties)) for name, count, properties in elements)
