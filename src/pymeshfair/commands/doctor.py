@@ -108,7 +108,7 @@ def look_at_python() -> Iterator[Finding]:
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported, tried in a process of its own, which a broken library may crash."""
+    """Whether pymeshlab can be imported, tried in a separate process, since a broken library may crash Python."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment

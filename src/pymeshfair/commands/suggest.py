@@ -94,7 +94,7 @@ def suggest(
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
     if values is None:
         return traits
-    # ``drift`` is the mean displacement by `FILTER`. Impulses make it far larger than the noise; then it counts as the noise.
+    # ``drift`` is the mean displacement by `FILTER`. If impulses make it far larger than the trait noise, it replaces that trait.
     uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
     noise = 0.0 if values["shape"] == "clean" else values["drift"] if uneven else traits["noise"]
     return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}

@@ -335,7 +335,8 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab, vertices have normals if the file has as many normals as vertices. A vertex has the normal of its last corner.
+    As in MeshLab, vertices have normals if the file has as many normals as vertices. Without faces they are in the order of the
+    vertices; with faces a vertex has the normal of its last corner, or 0 if it is in no face.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
