@@ -254,7 +254,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     names = tuple(name for name in document.columns if name in values)
     written = [values[name] for name in names]
     if document.titles:
-        mark = document.titles.partition(document.titles.lstrip(b"#/ "))[0]  # of a comment
+        mark = document.titles.removesuffix(document.titles.lstrip(b"#/ "))  # of a comment
         titles = document.titles if names == document.columns else mark + document.separator.join(names).encode()
         target.write(titles + b"\n")
     if document.counted:
