@@ -67,8 +67,7 @@ _OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")
 _VERTEX = (3, 4, 6, 7)
 #: the largest number of corners of a face; the time of triangulation grows with the square of this number
 LARGEST_FACE = 10_000
-#: the colour that faces without a material have in MeshLab
-_GREY = (192, 192, 192, 255)
+_GREY = (192, 192, 192, 255)  # the colour that faces without a material have in MeshLab
 _LEVELS = "the colours of its vertices go above 1: they are read as levels from 0 to 255, not as shares from 0.0 to 1.0"
 #: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000

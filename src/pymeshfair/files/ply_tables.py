@@ -28,8 +28,7 @@ _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: limits of a header, so that a hostile file cannot fill the memory: its bytes; its elements and properties together
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
-#: bytes that may follow the last row: line ends, and padding by some programs
-_PADDING = b" \t\r\n\0\x1a"
+_PADDING = b" \t\r\n\0\x1a"  # bytes that may follow the last row: line ends, and padding by some programs
 _END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
 
 
