@@ -84,7 +84,7 @@ class RunOptions:
             "a number, a tag or a part of the filter's name. Repeatable.",
         ),
     ] = None
-    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="A layer for the recipe. Repeatable.")] = None
+    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="Add this mesh as a layer. Repeatable.")] = None
     upgrade: Annotated[bool, Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False
     timeout: Timeout = None
     memory: Memory = None
@@ -98,7 +98,7 @@ class RunOptions:
         str | None,
         Option(
             metavar="watertight,manifold,oriented,outward,printable,components=N,genus=N",
-            help="Fail unless OUTPUT is so; outward is tested only if OUTPUT is closed.",
+            help="Fail unless OUTPUT is so; outward is tested only if OUTPUT is closed and oriented.",
         ),
     ] = None
     keep_sharp: Annotated[str | None, Option(metavar="PERCENT", help="Fail if less of the sharp edges is kept: 95%.")] = None

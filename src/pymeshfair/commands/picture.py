@@ -37,7 +37,7 @@ def picture(
         str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in; vertex N is of the last mesh. SIZE: 20, 10%, 30edge.")
     ] = "",
     size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="The size of each panel in pixels.")] = "640x640",
-    title: Annotated[list[str] | None, Option(metavar="TEXT", help="The title of a panel; by default the file's name.")] = None,
+    title: Annotated[list[str] | None, Option(metavar="TEXT", help="One title for each MESH; by default the file names.")] = None,
     stripes: Annotated[float | None, Option(help="Reflection lines, by default 8; more show smaller defects.", min=1)] = None,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,
