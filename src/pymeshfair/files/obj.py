@@ -313,7 +313,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     refuse(tokens, line_of, strange, "has something else than whole numbers, joined by slashes")
     per_line = np.bincount(line_of[slots == 0], minlength=len(tokens.numbers))[lines]
     refuse(tokens, lines, per_line < least, f"is a {what} of fewer than {least} vertices")
-    refuse(tokens, lines, per_line > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices")
+    refuse(tokens, lines, (keyword == "f") & (per_line > LARGEST_FACE), f"is a face of more than {LARGEST_FACE:,} vertices")
     corner = np.cumsum(slots == 0) - 1
     indices = np.full((int(per_line.sum()), 3), -1, np.int64)
     for slot, (kind, name) in enumerate((("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal"))):
