@@ -343,7 +343,7 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 
 
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: MeshData) -> None:
-    """Sets the number of a face to -1 unless the face with this number before the filter has corners at the same places."""
+    """Sets a face's number to -1 unless it has the vertices of that sent face; sent vertices at one place count as the same."""
     old = np.flatnonzero(of_faces >= 0)
     place_of = np.append(numbered(before.vertices)[1], -1)  # the last one is that of new vertices
     corners, originals = np.sort(place_of[[of_vertices[faces[old]], before.faces[of_faces[old]]]], axis=2)

@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit, else the first unit of a file; and a warning for each file without a unit. `units` are by file name."""
+    """The typed unit; else the first unit in `units`, by file name, and a warning for each file that has none."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))

@@ -238,7 +238,7 @@ class Filter:
         return {**self.defaults, **self.check(values)}
 
     def in_order(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Sorts values by parameter name into declared order, without checks."""
+        """Returns values, given by parameter name, in declared order; checks nothing."""
         return {p.name: values[p.name] for p in self.parameters if p.name in values}
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:
