@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from ..recipe import Recipe
     from ..running.suitability import Trial
 
-#: the filter whose automatic parameters are made explicit
-FILTER = "apply_coord_normal_filtering"
+FILTER = "apply_coord_normal_filtering"  # the filter whose automatic parameters are made explicit
 
 #: trials treat a scan without outliers as clean if its noise is below this, in mean edges: clean isosurfaces have up to 0.017
 _MESHING = 0.018

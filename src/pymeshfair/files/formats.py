@@ -48,8 +48,7 @@ class Format:
         return [a for a in ATTRIBUTES if a in lost]
 
 
-#: formats that hold texture coordinates of vertices only if corners of faces have none
-_ONE_PLACE = ("obj", "glb")
+_ONE_PLACE = ("obj", "glb")  # formats that hold texture coordinates of vertices only if corners of faces have none
 _FLOAT = 2.0**-24  # rounding to single precision
 _OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
 _OBJ -= {"vertex opacities", "face opacities"}

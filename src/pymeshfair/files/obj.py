@@ -50,8 +50,7 @@ _LINES = {
 }
 _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
-#: keywords of state lines, which apply to all faces after them
-STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
+STATES = (b"o", b"g", b"s", b"mg", b"usemtl")  # keywords of state lines, which apply to all faces after them
 #: for each keyword in `STATES`, the line that ends its state; empty if the format has no such line
 _ENDS = (b"", b"g default\n", b"s off\n", b"mg off\n", b"")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)

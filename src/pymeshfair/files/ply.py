@@ -17,8 +17,7 @@ from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, tex
 from .polygons import triangulated
 from .tokens import Tokens
 
-#: the two names that a face's list of corners may have
-CORNERS = ("vertex_indices", "vertex_index")
+CORNERS = ("vertex_indices", "vertex_index")  # the two names that a face's list of corners may have
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
