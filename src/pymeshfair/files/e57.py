@@ -21,8 +21,7 @@ _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOR = ("colorRed", "colorGreen", "colorBlue")
 _NORMAL = ("nor:normalX", "nor:normalY", "nor:normalZ")
-#: fields that mark unmeasured points by values other than 0
-_INVALID = ("cartesianInvalidState", "sphericalInvalidState")
+_INVALID = ("cartesianInvalidState", "sphericalInvalidState")  # fields that mark unmeasured points by values other than 0
 _SCAN = "scan"  # the attribute with the scan number of each point, if several scans have points
 
 

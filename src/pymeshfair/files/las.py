@@ -29,8 +29,7 @@ NORMAL = ("NormalX", "NormalY", "NormalZ")
 _NUMBERS = ("scalars", "radii")  # attributes of `MeshData` that are stored in dimensions of the same names
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375  # bytes: the header of LAS 1.0, and the most that are read of a longer one
 _CHUNK = 1 << 20  # the number of points read or written at a time
-#: by a point format without colours, the one with the same fields and with colours
-_COLORED = {0: 2, 1: 3, 4: 5, 6: 7}
+_COLORED = {0: 2, 1: 3, 4: 5, 6: 7}  # by a point format without colours, the one with the same fields and with colours
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}

@@ -60,8 +60,7 @@ _OTHERS += ("uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: a comment that has more than number signs and blanks, except "#MRGB", the colours of ZBrush
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
-#: the face attributes that an OBJ file holds
-_OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")  # the face attributes that an OBJ file holds
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
 #: the largest number of corners of a face; the time of triangulation grows with the square of this number
