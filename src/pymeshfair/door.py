@@ -153,7 +153,7 @@ class Door:
             BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 
     def _place(self, texture: Texture) -> str:
-        """Writes an image as PNG or BMP, which MeshLab always reads; returns its name. An unreadable one is a black pixel."""
+        """Writes an image as PNG or BMP, which MeshLab always reads; a black pixel if none can be read. Returns its name."""
         if not (self._folder / self._names.get(texture, "none")).exists():
             image = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image or b""
             is_png = image.startswith(b"\x89PNG")
