@@ -1,7 +1,7 @@
 """The interface to MeshLab: sends meshes as binary PLY files, applies MeshLab's filters, and reads arrays back.
 
 Attributes that MeshLab cannot hold stay outside MeshLab, and return to the elements that still exist. A custom attribute in
-MeshLab has the number of each vertex and face. A new mesh of a filter has no numbers, so it gets none of these attributes.
+MeshLab has the number of each vertex and face. A mesh that a filter creates has no numbers, so it gets none of these attributes.
 """
 
 import re
@@ -126,7 +126,7 @@ class Door:
             BASE.set_current_mesh(self._meshset, current)
 
     def _send(self, mesh: MeshData) -> None:
-        """Sends a mesh as a PLY file, and sets what PLY cannot hold: label, element numbers, matrix."""
+        """Sends a mesh as a PLY file, and sets the rest: label, element numbers, face normals, count of selected, matrix."""
         path = self._folder / "mesh.ply"
         names = [self._place(texture) for texture in mesh.textures]
         with path.open("xb") as file:
@@ -153,7 +153,7 @@ class Door:
             BASE.apply_filter(self._meshset, "set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 
     def _place(self, texture: Texture) -> str:
-        """Writes an image as PNG or BMP, which MeshLab always reads, and returns its name; a missing one is a black pixel."""
+        """Writes an image as PNG or BMP, which MeshLab always reads; a black pixel if none can be read. Returns its name."""
         if not (self._folder / self._names.get(texture, "none")).exists():
             image = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image or b""
             is_png = image.startswith(b"\x89PNG")
@@ -343,7 +343,7 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 
 
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: MeshData) -> None:
-    """Sets the number of a face to -1 if, before the filter, its corners were at other places than those of that face."""
+    """Sets a face's number to -1 unless it has the vertices of that sent face; sent vertices at one place count as the same."""
     old = np.flatnonzero(of_faces >= 0)
     place_of = np.append(numbered(before.vertices)[1], -1)  # the last one is that of new vertices
     corners, originals = np.sort(place_of[[of_vertices[faces[old]], before.faces[of_faces[old]]]], axis=2)
@@ -371,7 +371,7 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], in_meshlab: frozenset[str]) -> dict[str, Any]:
-    """The attributes not `in_meshlab`, by the old numbers `ids` of elements; new elements (-1) get 0, and -1 as ``polygon``."""
+    """The attributes that are not `in_meshlab`, for elements with the old numbers `ids`; new ones get 0, or -1 as ``polygon``."""
     return {
         name: _of_old(values, ids, -1 if name == "polygon" else 0)
         for name, values in attributes.items()
@@ -415,7 +415,7 @@ def _faux(mesh: MeshData) -> NDArray[np.int32]:
 
 
 def _for_meshlab(mesh: MeshData, textures: list[str]) -> MeshData:
-    """The part of a mesh that MeshLab reads, without improper faces; selections and polygons as flags, see `_SELECTED`."""
+    """The part of a mesh that MeshLab reads, without faces that have a vertex twice; selections and polygons are flags."""
     of_vertices, of_faces, chosen = mesh.vertex_attributes, mesh.face_attributes, proper_faces(mesh.faces)
     vertex = {name: of_vertices[name] for name in ("normals", "texture_coordinates", "colors") if name in of_vertices}
     vertex |= {name: of_vertices[name].astype(np.float64) for name in ("scalars", "radii") if name in of_vertices}

@@ -41,7 +41,7 @@ def shortened(text: str) -> str:
 
 
 class UnknownNameError(PymeshfairError, LookupError):
-    """A filter, parameter, choice or recipe of the given name does not exist."""
+    """A filter, parameter, setting, step, recipe or layer of the given name does not exist."""
 
     def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)

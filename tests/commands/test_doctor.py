@@ -128,6 +128,7 @@ def test_warming_compiles_what_is_listed(monkeypatch: pytest.MonkeyPatch) -> Non
         return ["pymeshfair.filters.a.b: TypeError"]
 
     monkeypatch.setattr(compilation, "compile_ahead", compile_ahead)
+    assert invoke("doctor", "--warm", "--remove").exit_code == 2
     done = invoke("doctor", "--warm")
     assert asked == [compilation.listed_signatures()]
     assert "not compiled: pymeshfair.filters.a.b" in done.stderr

@@ -153,6 +153,8 @@ def test_polylines_count_back_from_their_line(tmp_path: Path) -> None:
     text = "v 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nl -1 \\\r\n -2 -3\r\n"
     mesh = read(tmp_path / "a.obj", text)
     assert mesh.edges.tolist() == [[0, 1], [2, 1], [1, 0]]
+    long = read(tmp_path / "b.obj", "v 0 0 0\n" * 20_000 + f"l {' '.join(map(str, range(1, 20_001)))}\n")
+    assert len(long.edges) == 19_999
     assert save(mesh, tmp_path / "out.obj") == ()
     assert (tmp_path / "out.obj").read_bytes() == text.encode()
 

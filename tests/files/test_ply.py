@@ -90,6 +90,8 @@ def test_odd_elements_are_written_as_they_were(tmp_path: Path, encoding: str) ->
     data = ply_file(elements, encoding, head) + (b"\n\n" if encoding == "ascii" else b"\0\0\0")
     mesh = read(tmp_path, data)
     assert written(mesh) == data
+    assert mesh.source is not None
+    assert mesh.source.document.custom("edge")["length"].tolist() == [0.7, 0.1]
     shift = np.array([1.0, 0.25, -3.0])
     other = written(moved(mesh, mesh.vertices + shift))
     elements[1].rows = [[1.5, 3, float(np.float32(0.1) + np.float32(0.25)), -1.0]] * 4

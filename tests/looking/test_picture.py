@@ -331,6 +331,8 @@ def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
         (["-o", tmp_path / "x.png", "--zoom", "nan,0,0,1"], "write X,Y,Z,SIZE"),
         (["-o", tmp_path / "x.png", "--limits", "-1,1"], "--limits: --color plain does not show it"),
         (["-o", tmp_path / "x.png", "--color", "shape", "--tolerance", "0.1"], "--tolerance: --color shape does not show it"),
+        (["-o", tmp_path / "x.png", "--color", "curvature", "--tolerance", "1"], "--color curvature does not show it"),
+        (["-o", tmp_path / "x.png", "--color", "curvature", "--limits=-1mm,1mm", "--unit", "m"], "curvature shows no lengths"),
         (["-o", tmp_path / "x.png", "--color", "scalar", "--stripes", "30"], "--stripes: --color scalar does not show it"),
     ):
         result = invoke("picture", bunny, *map(str, wrong))

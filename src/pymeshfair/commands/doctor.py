@@ -39,13 +39,13 @@ def doctor(
     json: Json = False,
 ) -> None:
     """Check whether this machine has everything that pymeshfair needs."""
+    if remove and folder is None:
+        raise typer.BadParameter("it needs the FOLDER to remove folders from", param_hint="--remove")
     if warm:  # compiles the kernels that neither the installation nor a run has compiled
         from ..filters.compilation import compile_ahead, listed_signatures
 
         say("compiling filters for this machine", err=True)
         warn(*(f"not compiled: {failure}" for failure in (*compile_ahead(listed_signatures()), *_compile_others())))
-    if remove and folder is None:
-        raise typer.BadParameter("it needs the FOLDER to remove folders from", param_hint="--remove")
     findings = []
     for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
@@ -108,7 +108,7 @@ def look_at_python() -> Iterator[Finding]:
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
-    """Whether pymeshlab can be imported, tried in a process of its own, which a broken library may crash."""
+    """Whether pymeshlab can be imported, tried in a separate process, since a broken library may crash Python."""
     import subprocess
 
     from ..processes.environment import program_of, worker_environment

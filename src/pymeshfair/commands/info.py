@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from ..declaration import Filter, Parameter
     from ..recipe import Recipe, RecipeHead, RecipeInfo
 
-#: the width to which text is wrapped in a page, and in a list
-_WIDTH, _NARROW = 100, 80
+_WIDTH, _NARROW = 100, 80  # the width to which text is wrapped in a page, and in a list
 _MARGIN = " " * 24  # before the description of a recipe
 _MOST_RIMS = 12  # the largest number of holes and outer borders that are listed
 

@@ -84,7 +84,7 @@ class RunOptions:
             "a number, a tag or a part of the filter's name. Repeatable.",
         ),
     ] = None
-    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="A layer for the recipe. Repeatable.")] = None
+    others: Annotated[list[Path] | None, Option("--with", metavar="MESH", help="Add this mesh as a layer. Repeatable.")] = None
     upgrade: Annotated[bool, Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False
     timeout: Timeout = None
     memory: Memory = None
@@ -98,7 +98,7 @@ class RunOptions:
         str | None,
         Option(
             metavar="watertight,manifold,oriented,outward,printable,components=N,genus=N",
-            help="Fail unless OUTPUT is so; outward is tested only if OUTPUT is closed.",
+            help="Fail unless OUTPUT is so; outward is tested only if OUTPUT is closed and oriented.",
         ),
     ] = None
     keep_sharp: Annotated[str | None, Option(metavar="PERCENT", help="Fail if less of the sharp edges is kept: 95%.")] = None
@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit, or else the first one of a file, and warnings that name the files without; `units` are by file name."""
+    """The typed unit; else the first unit in `units`, by file name, and a warning for each file that has none."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))
@@ -220,5 +220,5 @@ def lengths_in_mesh_units(
             raise typer.BadParameter(f"{limits} is not two lengths: write it as -0.1,0.1 or -0.1mm,0.1mm", param_hint="--limits")
         ends = Ends(*(length(part) for part in parts))
         if not ends.low < ends.high:
-            raise typer.BadParameter(f"{limits}: the lower limit comes first", param_hint="--limits")
+            raise typer.BadParameter(f"{limits}: the first limit must be below the second", param_hint="--limits")
     return allowed, ends

@@ -34,10 +34,10 @@ def picture(
     ] = "front",
     up: options.Up = None,
     zoom: Annotated[
-        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in on a point; SIZE is a length: 20, 10%, 30edge.")
+        str, Option(metavar="X,Y,Z,SIZE|vertex=N,SIZE", help="Zoom in; vertex N is of the last mesh. SIZE: 20, 10%, 30edge.")
     ] = "",
     size: Annotated[str, Option(metavar="WIDTHxHEIGHT", help="The size of each panel in pixels.")] = "640x640",
-    title: Annotated[list[str] | None, Option(metavar="TEXT", help="The title of a panel; by default the file's name.")] = None,
+    title: Annotated[list[str] | None, Option(metavar="TEXT", help="One title for each MESH; by default the file names.")] = None,
     stripes: Annotated[float | None, Option(help="Reflection lines, by default 8; more show smaller defects.", min=1)] = None,
     limits: options.Limits = None,
     tolerance: options.Tolerance = None,
@@ -53,7 +53,7 @@ def picture(
     """
     import io
 
-    from ..declaration.parameters import doubts_of_typed_unit
+    from ..declaration.parameters import Length, doubts_of_typed_unit
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
@@ -66,9 +66,12 @@ def picture(
     options.refuse_unused(
         f"--color {color} does not show it: leave it out, or choose another --color",
         limits=None if coloring else limits,
-        tolerance=None if coloring and coloring.diverging else tolerance,
+        tolerance=None if color == "distance" else tolerance,
         stripes=None if color == "reflection" else stripes,
     )
+    parts = limits.split(",") if limits and color not in ("distance", "displacement") else ()
+    if any(Length.parse(part).unit != "absolute" for part in parts):
+        raise ParameterError(f"--limits {limits}: --color {color} shows no lengths; write numbers without a unit")
     azimuth, elevation = view_angles(view)
     try:
         width, height = (int(part) for part in size.casefold().split("x"))

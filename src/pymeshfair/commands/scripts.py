@@ -15,7 +15,7 @@ from .streams import STANDARD, check_text, open_recipe, print_document, print_li
 
 
 def check(
-    recipes: Annotated[list[str], Argument(metavar="RECIPE", help="Shipped names, .mlx files, or - for standard input.")],
+    recipes: Annotated[list[str], Argument(metavar="RECIPE...", help="Shipped names, .mlx files, or - for standard input.")],
     mesh: Annotated[Path | None, Option("--mesh", metavar="SCAN", help="Check also whether lengths suit this mesh.")] = None,
     json: Json = False,
 ) -> None:

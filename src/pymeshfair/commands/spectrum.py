@@ -16,7 +16,6 @@ from .streams import print_document, say
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-
 PICTURES = ("png", "svg", "pdf")
 
 

@@ -16,12 +16,11 @@ if TYPE_CHECKING:
     from ..recipe import Recipe
     from ..running.suitability import Trial
 
-#: the filter whose automatic parameters are made explicit
-FILTER = "apply_coord_normal_filtering"
+FILTER = "apply_coord_normal_filtering"  # the filter whose automatic parameters are made explicit
 
 #: trials treat a scan without outliers as clean if its noise is below this, in mean edges: clean isosurfaces have up to 0.017
 _MESHING = 0.018
-_SHOWN = 6  # the largest number of settings that are shown
+_SHOWN = 6  # how many of the best settings are shown, besides the chosen one and the unfiltered scan
 #: the smoothers that are compared: the name and the amount as shown
 _SMOOTHERS = {
     "nothing": ("nothing", ""),
@@ -94,7 +93,7 @@ def suggest(
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
     if values is None:
         return traits
-    # ``drift`` is the mean displacement by `FILTER`. Impulses make it far larger than the noise; then it counts as the noise.
+    # ``drift`` is the mean displacement by `FILTER`. If impulses make it far larger than the trait noise, it replaces that trait.
     uneven = not traits.get("camera noise") and values["drift"] > 2.0 * traits["noise"]
     noise = 0.0 if values["shape"] == "clean" else values["drift"] if uneven else traits["noise"]
     return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}

@@ -103,7 +103,7 @@ class Layer(Protocol):
         ...
 
     def other(self, mesh_id: int) -> Layer:
-        """Another layer, placed by its matrix in the coordinates of this one; raises `MeshError` if no layer has this id."""
+        """Another layer, in the coordinates of this one. Raises `MeshError` for an unknown id, or a matrix without an inverse."""
         ...
 
 
@@ -131,9 +131,9 @@ class Edit:
     of the old faces with which they share the most vertices. Added elements are not selected, custom attributes are 0,
     normals follow from coordinates.
 
-    Side effects in MeshLab: added elements turn a mesh of polygons without triangles into a triangle mesh. If only face corners
-    have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its faces white. Added
-    faces with different textures are sorted by texture.
+    Side effects in a `MeshSet`, not in a run: added elements turn a mesh of polygons without triangles into a triangle mesh. If
+    only face corners have texture coordinates, vertices get some, too. If the mesh has no colours, new face scalars make its
+    faces white. Added faces with different textures are sorted by texture.
     """
 
     vertices: Floats | None = None  # (n, 3) new coordinates
@@ -238,7 +238,7 @@ class Filter:
         return {**self.defaults, **self.check(values)}
 
     def in_order(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Sorts values by parameter name into declared order, without checks."""
+        """Returns values, given by parameter name, in declared order; checks nothing."""
         return {p.name: values[p.name] for p in self.parameters if p.name in values}
 
     def layers(self, values: Mapping[str, Any]) -> dict[str, int]:

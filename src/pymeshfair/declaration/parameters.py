@@ -118,8 +118,7 @@ class Parameter:
     default: Any = None  # None in a filter of MeshLab's whose default depends on the mesh
     advanced: bool = False  # whether a dialog hides it at first
     xml_name: str = ""  # the name in .mlx scripts, which is MeshLab's C++ name
-    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if the parameter cannot be
-    #: automatic
+    #: the number that stands for "auto" in .mlx scripts and in calls of the filter's function; None if it cannot be automatic
     automatic: float | None = None
 
     kind: typing.ClassVar[str] = "a value"  # the kind of value in messages, e.g. "a whole number"
@@ -194,7 +193,8 @@ class Int(_Bounded):
             return AUTO
         number = _whole(value)
         if number is None or abs(number) > 2**31 - 1:
-            raise self.refusal(value)
+            limit = "" if number is None else ": MeshLab keeps whole numbers in 32 bits"
+            raise ParameterError(f"{self.refusal(value)}{limit}")
         self.check_bounds(value, number)
         return number
 
@@ -256,7 +256,6 @@ class Percentage(_Bounded):
 class Enum(Parameter):
     """One of several words, by default those of the annotated `Literal`; an .mlx script has the index of the word."""
 
-    kind = "one of"
     xml_type = "RichEnum"
     python_type = str
     choices: tuple[str, ...] = ()

@@ -123,7 +123,7 @@ class _Reader:
         points = self._values(place, "VERTEX")
         corners, lengths, edges = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
         values: dict[str, list[Floats]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
-        part_looks, shades_of_lines = [_Look()], list[tuple[float, ...]]()  # the looks: one for each item of `lengths`
+        part_looks, shades_of_lines = [_Look()], list[tuple[float, ...]]()  # `part_looks`: one for each item of `lengths`
         primitives = [p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"]
         has_faces = not all(p.tag.startswith("line") for p in primitives)
         for p in primitives:

@@ -21,10 +21,8 @@ _PLACE = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERE = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOR = ("colorRed", "colorGreen", "colorBlue")
 _NORMAL = ("nor:normalX", "nor:normalY", "nor:normalZ")
-#: fields that mark unmeasured points by values other than 0
-_INVALID = ("cartesianInvalidState", "sphericalInvalidState")
-#: the attribute with the scan number of each point, in a file of several scans
-_SCAN = "scan"
+_INVALID = ("cartesianInvalidState", "sphericalInvalidState")  # fields that mark unmeasured points by values other than 0
+_SCAN = "scan"  # the attribute with the scan number of each point, if several scans have points
 
 
 def read_e57(path: Path, references: References) -> Reading:
@@ -169,7 +167,7 @@ def _turned(header: Any, vectors: Floats) -> Floats:
 
 
 def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uint8]:
-    """Returns (n, 4) 8-bit colours, scaled by the colour limits of the scan; white without colours."""
+    """Returns (n, 4) 8-bit colours, scaled from the scan's colour limits, else from 0 to 255 or 65535; white without colours."""
     from pye57 import libe57
 
     levels = np.full((count, 4), 255, np.uint8)

@@ -29,7 +29,7 @@ class Format:
     """One kind of file that a run reads or writes."""
 
     extensions: tuple[str, ...]  # without the dot, in lower case
-    reader: str = ""  # ``module.function`` that reads a file strictly, to the last byte; empty if there is none
+    reader: str = ""  # ``module.function`` that reads and checks a file; empty if there is none
     writer: str = ""  # ``module.function`` that writes a file; empty if there is none
     holds: frozenset[str] = frozenset()  # the `ATTRIBUTES` that a file keeps
     rounding: float = 0.0  # largest relative change of a coordinate by single precision
@@ -48,8 +48,7 @@ class Format:
         return [a for a in ATTRIBUTES if a in lost]
 
 
-#: formats that hold texture coordinates of vertices only if corners of faces have none
-_ONE_PLACE = ("obj", "glb")
+_ONE_PLACE = ("obj", "glb")  # formats that hold texture coordinates of vertices only if corners of faces have none
 _FLOAT = 2.0**-24  # rounding to single precision
 _OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
 _OBJ -= {"vertex opacities", "face opacities"}

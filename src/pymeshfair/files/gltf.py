@@ -352,7 +352,7 @@ def _upright(uv: Floats) -> Floats:
 
 def _whole(value: Any, what: str, least: int = 0) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 1 << 53:
-        raise ContentsError(f"{what} is {str(value)[:40]!r}")
+        raise ContentsError(f"{what} is {str(value)[:40]!r}, no whole number from {least} to 2^53 - 1")
     return value
 
 

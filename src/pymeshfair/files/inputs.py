@@ -189,7 +189,7 @@ def unchanged(path: Path) -> Iterator[None]:
 
 
 def completed(path: Path, reading: Reading) -> Reading:
-    """Gives a mesh its label and the counts of its file, then leaves out vertices whose coordinates are not finite."""
+    """Adds label and counts of the file, and leaves out vertices that are not finite; refuses a mesh without vertices."""
     mesh = reading.mesh
     source = mesh.source
     assert source is not None

@@ -29,8 +29,7 @@ NORMAL = ("NormalX", "NormalY", "NormalZ")
 _NUMBERS = ("scalars", "radii")  # attributes of `MeshData` that are stored in dimensions of the same names
 _SHORTEST_HEADER, _LONGEST_HEADER = 227, 375  # bytes: the header of LAS 1.0, and the most that are read of a longer one
 _CHUNK = 1 << 20  # the number of points read or written at a time
-#: by a point format without colours, the one with the same fields and with colours
-_COLORED = {0: 2, 1: 3, 4: 5, 6: 7}
+_COLORED = {0: 2, 1: 3, 4: 5, 6: 7}  # by a point format without colours, the one with the same fields and with colours
 #: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
 _UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
 _UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
@@ -170,8 +169,8 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
-    Coordinates keep the scale factors of the document if these suffice. Without `writing` the scale factor is the finest power
-    of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    With `writing`, coordinates keep the scale factors of the document if these suffice; without it, the scale factor is the
+    finest power of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()

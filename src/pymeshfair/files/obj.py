@@ -50,9 +50,8 @@ _LINES = {
 }
 _KEYWORDS = {keyword: what for what, words in _LINES.items() for keyword in words.split()}
 _CODES = {int(word(k.encode())): what for k, what in _KEYWORDS.items() if len(k) <= 8}
-#: keywords of state lines, which apply to all faces after them
-STATES = (b"o", b"g", b"s", b"mg", b"usemtl")
-#: in the order of `STATES`, lines that end them for faces that have none
+STATES = (b"o", b"g", b"s", b"mg", b"usemtl")  # keywords of state lines, which apply to all faces after them
+#: for each keyword in `STATES`, the line that ends its state; empty if the format has no such line
 _ENDS = (b"", b"g default\n", b"s off\n", b"mg off\n", b"")
 #: contents that a new text keeps (`_STATES`), and those that it leaves out: lines (`_OTHERS`), parts of lines (`_UNWRITTEN`)
 _STATES = ("groups", "objects", "smoothing groups")
@@ -61,14 +60,12 @@ _OTHERS += ("uses of maps", "map files", "display attributes")
 _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: a comment that has more than number signs and blanks, except "#MRGB", the colours of ZBrush
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
-#: the face attributes that an OBJ file holds
-_OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")  # the face attributes that an OBJ file holds
 #: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
 _VERTEX = (3, 4, 6, 7)
-#: the most corners of a face, since the time of triangulation grows with its square
+#: the largest number of corners of a face; the time of triangulation grows with the square of this number
 LARGEST_FACE = 10_000
-#: the colour that faces without a material have in MeshLab
-_GREY = (192, 192, 192, 255)
+_GREY = (192, 192, 192, 255)  # the colour that faces without a material have in MeshLab
 _LEVELS = "the colours of its vertices go above 1: they are read as levels from 0 to 255, not as shares from 0.0 to 1.0"
 #: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
@@ -314,7 +311,7 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
     refuse(tokens, line_of, strange, "has something else than whole numbers, joined by slashes")
     per_line = np.bincount(line_of[slots == 0], minlength=len(tokens.numbers))[lines]
     refuse(tokens, lines, per_line < least, f"is a {what} of fewer than {least} vertices")
-    refuse(tokens, lines, per_line > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices")
+    refuse(tokens, lines, (keyword == "f") & (per_line > LARGEST_FACE), f"is a face of more than {LARGEST_FACE:,} vertices")
     corner = np.cumsum(slots == 0) - 1
     indices = np.full((int(per_line.sum()), 3), -1, np.int64)
     for slot, (kind, name) in enumerate((("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal"))):
@@ -335,7 +332,8 @@ def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mappin
 def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]) -> tuple[Floats | None, Longs | None]:
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
-    As in MeshLab, vertices have normals if the file has as many normals as vertices. A vertex has the normal of its last corner.
+    As in MeshLab, vertices have normals if the file has as many normals as vertices. Without faces they are in the order of the
+    vertices; with faces a vertex has the normal of its last corner, or 0 if it is in no face.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):

@@ -103,10 +103,10 @@ def stage_textures(
     files: list[StagedFile] = []
     reused: list[Path] = []
     names: dict[str, str] = {}
-    comments = r"|(?<!\S)#" if extension(output) == "obj" else ""
+    comments = r"|(?<!\S)#" if extension(output) == "obj" else ""  # "#" begins a comment in OBJ files
     for number, texture in enumerate(textures):
         last = re.sub(r'[\x00-\x1f<>:"|?*]' + comments, "_", texture.name.replace("\\", "/").rpartition("/")[2]).strip()
-        name = names[texture.name] = last if last.strip(".") else "texture.png"  # without what systems refuse, and comments
+        name = names[texture.name] = last if last.strip(".") else "texture.png"
         if texture.image is None:
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"

@@ -17,8 +17,7 @@ from .ply_tables import Lists, PlyHeader, Table, binary_tables, read_header, tex
 from .polygons import triangulated
 from .tokens import Tokens
 
-#: the two names that a face's list of corners may have
-CORNERS = ("vertex_indices", "vertex_index")
+CORNERS = ("vertex_indices", "vertex_index")  # the two names that a face's list of corners may have
 PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
 TEXTURE = (("texture_u", "texture_v"), ("s", "t"))
@@ -43,11 +42,11 @@ class PlyDocument:
     faces: Ints | None = None  # (m, 3) its triangles
 
     def custom(self, element: str) -> dict[str, Array]:
-        """Returns, by name, the scalar properties of vertices or triangles that are custom attributes."""
+        """Returns, by name, the scalar properties of vertices, triangles or edges that are custom attributes."""
         table = self.tables.get(element)
         if table is None or (element == "face" and self.has_other_faces):
             return {}
-        standard, rows = standard_properties(table), None if element == "vertex" else self.row_of_face
+        standard, rows = standard_properties(table), self.row_of_face if element == "face" else None
         custom = {name: c for name, c in table.columns.items() if name not in standard and not isinstance(c, Lists)}
         return custom if rows is None else {name: c[rows] for name, c in custom.items()}
 

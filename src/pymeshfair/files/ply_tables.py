@@ -28,8 +28,7 @@ _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "
 _FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: limits of a header, so that a hostile file cannot fill the memory: its bytes; its elements and properties together
 _LONGEST_HEADER, _MOST_DECLARED = 1 << 26, 1_000
-#: bytes that may follow the last row: line ends, and padding by some programs
-_PADDING = b" \t\r\n\0\x1a"
+_PADDING = b" \t\r\n\0\x1a"  # bytes that may follow the last row: line ends, and padding by some programs
 _END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
 
 
@@ -129,7 +128,7 @@ def parse_header(data: bytes) -> PlyHeader:
             case []:
                 pass
             case _:
-                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}")
+                raise ContentsError(f"line {number} of its header is {line.strip()[:80]!r}, which is not allowed there")
     if not format_:
         raise ContentsError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
     whole = tuple(PlyElement(name, count, tuple(properties)) for name, count, properties in elements)

@@ -247,7 +247,7 @@ def _channels(colors: NDArray[np.uint8], table: Table | None, ids: Longs | None)
     names = (*ply.COLOR, ply.ALPHA) if ply.ALPHA in table.columns or (colors[:, 3] != 255).any() else ply.COLOR
     columns: dict[str, Array] = dict(zip(names, colors.T, strict=False))
     former = {name: np.asarray(_chosen(column, ids)) for name in names if (column := table.numbers(name)) is not None}
-    # Floats are read as shares if all colours or all opacities are at most 1.
+    # Levels of type float that are all at most 1 would be read as shares, so shares are written.
     is_dark = min(colors[:, :3].max(initial=0), colors[:, 3].max(initial=0)) <= 1
     for p in (p for p in table.element.properties if p.name in former):
         top = 1.0 if is_dark and KINDS[p.type][0] == "f" else ply.top_level(table, p.name)

@@ -26,8 +26,7 @@ _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny"
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
 #: how many numbers each line of a PTX header has: columns, rows, four lines of the scanner's pose, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
-#: how many numbers a PTX point has: position and intensity, or position, intensity and colour
-_PLAIN, _COLOURED = 4, 7
+_PLAIN, _COLOURED = 4, 7  # how many numbers a PTX point has: position and intensity, or position, intensity and colour
 _ROUNDED = 1e-6  # an upper bound of the error of numbers with six decimals
 
 
@@ -254,7 +253,7 @@ def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[st
     names = tuple(name for name in document.columns if name in values)
     written = [values[name] for name in names]
     if document.titles:
-        mark = document.titles.partition(document.titles.lstrip(b"#/ "))[0]  # of a comment
+        mark = document.titles.removesuffix(document.titles.lstrip(b"#/ "))  # of a comment
         titles = document.titles if names == document.columns else mark + document.separator.join(names).encode()
         target.write(titles + b"\n")
     if document.counted:
