@@ -223,9 +223,9 @@ def test_a_clean_mesh_is_left_alone_where_only_the_preparation_is_set() -> None:
         assert edit.vertices is not None
         np.testing.assert_array_equal(edit.vertices, vertices)
         assert edit.notes == (NOTHING_TO_REMOVE,)
-    moved, values = filtered((vertices, faces), relaxation=3)
+    moved, reported = filtered((vertices, faces), relaxation=3)
     np.testing.assert_array_equal(moved, taubin_fairing(vertices, faces, iterations=3))
-    assert values["outer_iterations"] == 0
+    assert reported["outer_iterations"] == 0
 
 
 def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> None:
