@@ -111,7 +111,7 @@ _PERCENT = re.compile(r"((?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)\s*%?
 class Guards:
     """The limits of a run; a limit that is not set is None or empty."""
 
-    max_displacement: Length | None = None  # of a vertex of the input, or in a new mesh from the input's surface
+    max_displacement: Length | None = None  # of a vertex from its place in the input, or in a new mesh from the input's surface
     max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
     require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
     keep_sharp: float | None = None  # the least share of the length of sharp edges that must stay sharp, in percent
