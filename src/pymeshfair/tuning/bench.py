@@ -122,9 +122,8 @@ class Bench:
         return numbers, self._pack(replace(shown, scalars=scalars), compared.comparison.rounding)
 
     def _drawable(self, name: str, mesh: MeshData) -> Shown:
-        first = self._before.mesh
         scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
-        like = self._scan if mesh is not first and same_elements(mesh, first) else None
+        like = self._scan if mesh is not self._before.mesh and same_elements(mesh, self._before.mesh) else None
         return shown_mesh(name, mesh, scalars=scalars, like=like)
 
     def _pack(self, shown: Shown, rounding: float = 0.0) -> bytes:

@@ -332,8 +332,7 @@ class Conversation:
 
     async def run(self, order: Mapping[str, Any]) -> None:
         recipe, overrides = self._tuned(order)
-        scan = self._scan
-        if scan.part is not None:
+        if (scan := self._scan).part is not None:
             recipe = replace(recipe, script=in_mesh_units(recipe.script, scan.diagonal, scan.mean_edge))
         self._number += 1
         about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
