@@ -147,7 +147,7 @@ def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Ite
 
 
 def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
-    """The recipe in a record; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
+    """The recipe in a provenance; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:

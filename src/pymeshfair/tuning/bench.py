@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -148,8 +148,7 @@ _bench = cache(Bench)
 
 def at_bench(scan: Scan, work: str, *arguments: Any) -> Result:
     """Calls a method of the bench of a scan."""
-    result: Result = getattr(_bench(scan.path, scan.part), work)(*arguments)
-    return result
+    return cast("Result", getattr(_bench(scan.path, scan.part), work)(*arguments))
 
 
 #: seconds to wait for a filter to stop before its process is killed
