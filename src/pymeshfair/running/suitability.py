@@ -230,12 +230,12 @@ def _kind(faces: int, edges: int) -> dict[str, float]:
 
 
 def _in_words(text: str) -> str:
-    nouns = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps", "texture": "textures"}
-    adjectives = ("closed", "open", "sharp", "smooth")
+    kinds = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps"}
     word = text.removeprefix("no ")
     if word.startswith(ARTICLE):
         return f"a {word}"
-    noun = nouns.get(word, f"{word} shapes" if word in adjectives else word)
-    if word != text:
-        return f"shapes without {noun}" if word not in adjectives else f"shapes that are not {word}"
-    return noun
+    if word in kinds:
+        return kinds[word] if word == text else f"scans that are no {kinds[word]}"
+    if word in ("closed", "open", "sharp", "smooth"):
+        return f"{word} shapes" if word == text else f"shapes that are not {word}"
+    return f"shapes without {word}" if word != text else "shapes with texture" if word == "texture" else word

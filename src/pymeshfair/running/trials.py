@@ -66,11 +66,10 @@ def trials(
             heights[name].append(np.einsum("ij,ij->i", (scan.points - result)[held], scan.normals[held]))
     scores = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)]))
     (before, *errors), (_, *ties) = scores.errors.tolist(), scores.within(0.0 if clean else tuned.STAYS).tolist()
-    level = 0.0 if clean else scan.noise.deviation
     shows_relief = clean or not scan.has_impulses
     trial_of = dict[str, Trial]()
     for name, error, tied in zip(explicit, errors, ties, strict=True):
-        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=level)
+        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=0.0 if clean else scan.noise.deviation)
         share, shortest = loss or (None, 0.0)
         trial_of[name] = Trial(error, before, share, shortest, tied)
     return trial_of
