@@ -251,8 +251,8 @@ def warnings_of(
     if moved and far:
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {moved.vertex} at {point_text(moved.place)} moved by {moved.largest:.6g}, {moved.edges:.1f} mean "
-            f"{distance_unit(change.area)}: "
+            f"vertex {moved.vertex} at ({point_text(moved.place)}) moved by {moved.largest:.6g} ({moved.edges:.1f} mean "
+            f"{distance_unit(change.area)}): "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes such a move an error"
         )
@@ -260,7 +260,7 @@ def warnings_of(
         where = point_text(change.folded.place)
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
-            f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
+            f"{faces} folded over, the largest is face {change.folded.face} at ({where}): look at the place; long thin triangles "
             f"fold first: improve_triangles, run before this recipe, makes them regular{_advice('; or ', remedies)}"
         )
     if erased:
