@@ -219,7 +219,7 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
 
 
 def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, Floats]]:
-    """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
+    """Yields the user's custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
 
     MeshLab does not tell the exact names: `likely` ones are tried first.
     """
@@ -229,7 +229,7 @@ def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> It
 
 
 def _user_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, bool, str | None]]:
-    """Yields custom attributes except helpers: element, name in MeshLab's list, whether values are points, exact name or None."""
+    """Yields the user's custom attributes: element, name in MeshLab's list, whether values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
             for listed in saved_attributes(meshset, prefixes[element]):
