@@ -66,7 +66,7 @@ def test_moves_of_a_cloud_are_in_mean_spacings() -> None:
     vertices, none = grid(9, 9, spacing=0.5)[0], np.empty((0, 3), dtype=np.int32)
     found = change_of((vertices, none), (vertices + 20.0 * (np.arange(len(vertices)) == 40)[:, None] * [0.0, 0.0, 1.0], none))
     (text,) = warnings_of(found, (), str)
-    assert "moved by 20, 40.0 mean spacings: look at the place" in text
+    assert "moved by 20 (40.0 mean spacings): look at the place" in text
     first, *_, last = change_lines(plain(asdict(found)))
     assert first.endswith("mean spacings on average, 40 at most")
     assert "at most 20 (40 mean spacings), vertex 40" in last
@@ -154,7 +154,7 @@ def test_faces_that_were_folded_over_are_a_warning_with_a_place() -> None:
     assert (found.folded.count, found.folded.face) == (2, 1)
     assert found.folded.place == pytest.approx((4 / 3, 6.5 / 3, 0.0))
     (text,) = warnings_of(found, (), str)
-    assert text.startswith("2 faces were folded over, the largest is face 1 at 1.33333, 2.16667, 0: look at the place")
+    assert text.startswith("2 faces were folded over, the largest is face 1 at (1.33333, 2.16667, 0): look at the place")
     assert change_of((moved, FRAMED), (CHEVRON, FRAMED)).folded is None
 
 

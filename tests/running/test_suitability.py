@@ -107,6 +107,8 @@ def test_a_scan_outside_of_a_recipe_is_told_the_one_to_take() -> None:
     text = unsuitable("few", HEADS[2].info, traits, ranked(traits, HEADS))
     assert text == "few is for noise 0.1 to 0.4 edges, and here noise is 0.7 edges: take some"
     assert unsuitable("some", HEADS[1].info, traits, ranked(traits, HEADS)) is None
+    text = unsuitable("whole", head("whole", "mesh, no range map").info, traits | {"facing": 0.9}, [])
+    assert "whole is for scans that are no range maps, and here the surface is seen from one side" in str(text)
 
 
 def test_where_no_recipe_for_the_task_fits_none_is_made_up() -> None:

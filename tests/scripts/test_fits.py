@@ -61,7 +61,7 @@ def test_sharp_and_smooth_leave_no_scan_out() -> None:
         ("noise up to 3 mm", "noise is in edges"),
         ("faces up to 3 edges", "faces has no unit"),
         ("noise 3 to 1 edges", "nothing lies between"),
-        ("noise", "with bounds such as"),
+        ("noise", "A quantity has bounds, such as"),
     ],
 )
 def test_what_is_no_condition_is_refused_with_what_was_meant(text: str, said: str) -> None:

@@ -266,6 +266,13 @@ def test_a_switch_that_meshlab_reads_otherwise_is_a_change_of_meaning(written: s
     assert bool(found.warnings) is warned
 
 
+@pytest.mark.parametrize(("again", "warned"), [("true", False), ("false", True)])
+def test_a_parameter_given_twice_changes_the_meaning_only_if_its_values_differ(again: str, warned: bool) -> None:
+    """The two texts TRUE and true are one value; of two values the last one is kept."""
+    params = [f'<Param type="RichBool" name="Selected" value="{text}"/>' for text in ("TRUE", again)]
+    assert bool(upgraded(one_filter("Taubin Smooth", *params)).warnings) is warned
+
+
 @pytest.mark.parametrize(
     ("name", "param", "added"),
     [

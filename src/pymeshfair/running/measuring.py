@@ -26,7 +26,7 @@ from ..scripts.script import Step
 from .document import Document
 from .job import plain
 
-_SAMPLE = 10_000  # the approximate number of faces that `usual_edge` looks at
+_SAMPLE = 10_000  # `usual_edge` looks at one to two times this number of faces of a larger mesh
 
 
 @dataclass(frozen=True, eq=False)

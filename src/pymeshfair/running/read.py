@@ -52,7 +52,7 @@ def read_mesh(
 
     `self_intersections` says whether to search for faces that cut others; None searches only meshes of at most `MOST_CUTS`
     vertices. A crash of this search becomes a warning. Raises `InputError` for a file that cannot be read, and `RunError` if
-    MeshLab crashed over it.
+    MeshLab crashes while it reads the file.
     """
     path = Path(path).absolute()
     if unchecked and extension(path) in UNCHECKED:
@@ -78,7 +78,7 @@ def read_mesh(
 
 
 def inspect_mesh(path: Path, *, allow_outside: bool, unchecked: bool) -> dict[str, Any]:
-    """The document of ``pymeshfair info`` on a mesh file: its measures and more, see docs/documents.md."""
+    """The entry ``mesh`` in the document of ``pymeshfair info MESH``: measures and more, see docs/documents.md."""
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 
@@ -119,7 +119,7 @@ def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
     """Runs the steps up to the last with relative lengths; gives these lengths of each step in mesh units, by parameter."""
     steps = script.with_defaults().steps
     count = max((number for number, step in enumerate(steps, 1) if step.relative_lengths), default=0)
-    advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all behind it in mesh units"
+    advice = "--for runs the steps on one mesh alone: write the lengths of this step and of all later ones in mesh units"
     reports = zip(steps, _reports(script, steps[:count], path, advice), strict=False)
     return [{name: Length(report.parameters[name]) for name in step.relative_lengths} for step, report in reports]
 

@@ -63,13 +63,13 @@ class RunCache:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
     def measured(self, asked: object, measure: Callable[[], _Measured]) -> _Measured:
-        """The `_Measured` of the mesh; calls `measure` the first time, and if `asked`, on which it depends, changes."""
+        """Calls `measure`, or returns its cached result if `asked`, on which it depends, is that of the last call."""
         if self._measured is None or self._measured[0] != asked:
             self._measured = asked, measure()
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...], str]:
-        """What `keep` got with the longest prefix of `steps` in the cache; None, () and "" without one."""
+        """The state, reports and words that `keep` stored for the longest prefix of `steps`; None, () and "" if there is none."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, (), ""

@@ -24,11 +24,11 @@ from ..places import distance_unit, point_text
 from ..scripts.script import Step
 from .suitability import ERASED
 
-LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the bounding box, with noise and without, changes by more than this share
+LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the box changes by more than this share, both as measured and without noise
 #: a run warns if a vertex moves by more than this many mean edges, or if the net added area exceeds this share of the old one
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # milder if smaller, a gain if nearer 1
-_WHOLE = 0.25  # a mesh was moved as a whole if carrying it back leaves less than this share of the median displacement
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller smooths less, and a gain nearer 1
+_WHOLE = 0.25  # a mesh was moved as a whole if, carried back, it has less than this share of its median displacement
 _LISTED = 20  # the largest number of pieces that are listed one by one
 
 Sides: TypeAlias = tuple[float | None, ...]
@@ -166,8 +166,7 @@ class ShapeChange:
     moved: Moved | None  # None if there are no vertices to compare
     added: Part
     removed: Part
-    #: the number of faces that turned by more than 90 degrees, apart from a motion of the whole; None if the vertex count or the
-    #: faces differ
+    #: how many faces turned by more than 90 degrees, apart from a motion of the whole; None if the vertex count or faces differ
     turned: int | None
     folded: Folded | None  # the newly folded faces; None if no more are folded than before, or if `turned` is None
     #: `pymeshfair.filters.diffusion.relief_lost` of the followed faces, given an estimate of the noise; of a large mesh, only a
@@ -252,8 +251,8 @@ def warnings_of(
     if moved and far:
         fixed = ["border fixed"] if any(step.values.get("border", "fixed") != "fixed" for step in steps) else []
         yield (
-            f"vertex {moved.vertex} at {point_text(moved.place)} moved by {moved.largest:.6g}, {moved.edges:.1f} mean "
-            f"{distance_unit(change.area)}: "
+            f"vertex {moved.vertex} at ({point_text(moved.place)}) moved by {moved.largest:.6g} ({moved.edges:.1f} mean "
+            f"{distance_unit(change.area)}): "
             f"look at the place{_advice('; if it should have stayed: ', [*fixed, *remedies])}; --max-displacement "
             "makes such a move an error"
         )
@@ -261,7 +260,7 @@ def warnings_of(
         where = point_text(change.folded.place)
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
-            f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
+            f"{faces} folded over, the largest is face {change.folded.face} at ({where}): look at the place; long thin triangles "
             f"fold first: improve_triangles, run before this recipe, makes them regular{_advice('; or ', remedies)}"
         )
     if erased:
@@ -343,7 +342,7 @@ def _part(vertices: Floats, faces: Ints, vertex_mask: Bools, face_mask: Bools, i
     area = 0.5 * float(areas.sum()) / scale / scale
     pieces, count = connected_components(inside, len(vertices))
     share = area / input_area if input_area else None
-    numbers = pieces[inside[:, 0]]  # -1 for degenerate faces
+    numbers = pieces[inside[:, 0]]  # -1 if the first corner is in no proper face
     sums = np.bincount(numbers[numbers >= 0], weights=areas[numbers >= 0], minlength=count)
 
     def piece(number: int) -> Piece:

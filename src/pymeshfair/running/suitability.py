@@ -146,8 +146,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     if not verdict.unmet:
         return None
     reasons = [c for c in verdict.unmet if c[0] in _kind(0, 0)] or [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)]
-    reasons = reasons or list(verdict.unmet)
-    mismatch = "; ".join(f"{name} is for {_in_words(text)}, and here {value}" for text, value in reasons[:2])
+    mismatch = "; ".join(f"{name} is for {_in_words(text)}, and here {value}" for text, value in (reasons or verdict.unmet)[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     tasks = _ALIKE if info.task in _ALIKE else (info.task,)
     denoiser = next((other for other in fitting if other.task == "denoise"), None)
@@ -171,8 +170,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
     """The traits that a recipe asks for, and a warning if the recipe does not fit the scan or a denoising recipe is better.
 
-    A scan without measures gives no warnings. A recipe is compared with denoisers if its head says "after ANOTHER", or if it
-    smooths and is `as_shipped`, that is, the user has set no value. `RunError`: the recipe is for another kind of data.
+    A scan without measures gives no warnings. A recipe is compared with denoisers if its head says "after ANOTHER", or if its
+    task is "smooth" and it is `as_shipped`: the user has set no value. `RunError`: the recipe is for another kind of data.
     """
     info = recipe.info
     traits = _kind(len(scan.mesh.faces), len(scan.mesh.edges))
@@ -231,12 +230,12 @@ def _kind(faces: int, edges: int) -> dict[str, float]:
 
 
 def _in_words(text: str) -> str:
-    nouns = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps", "texture": "textures"}
-    adjectives = ("closed", "open", "sharp", "smooth")
+    kinds = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps"}
     word = text.removeprefix("no ")
     if word.startswith(ARTICLE):
         return f"a {word}"
-    noun = nouns.get(word, f"{word} shapes" if word in adjectives else word)
-    if word != text:
-        return f"shapes without {noun}" if word not in adjectives else f"shapes that are not {word}"
-    return noun
+    if word in kinds:
+        return kinds[word] if word == text else f"scans that are no {kinds[word]}"
+    if word in ("closed", "open", "sharp", "smooth"):
+        return f"{word} shapes" if word == text else f"shapes that are not {word}"
+    return f"shapes without {word}" if word != text else "shapes with texture" if word == "texture" else word

@@ -257,7 +257,7 @@ def run_job(
     `on_event` is called with each event, in this thread; an exception that it raises stops the run and is passed on. `workers`
     lends the process that does the work (None starts one); `work` does it in place of one process. `also` makes further staged
     files from the staged result, which are placed together with the output. After Ctrl-C everything is cleaned up within a
-    second. If a guard is broken (`GuardBroken`) only maps are written.
+    second. If a guard is broken, only maps are written, and `GuardBroken` is raised, unless the job has `keep_broken`.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
     others = tuple(Path(other).absolute() for other in job.others)
@@ -297,7 +297,7 @@ def run_job(
         interrupts.check()
         _check_outputs(job)
         files = [*side_files, *report.maps, output, *further]
-        # The provenance lets a killed run begin again, so it comes first; beside an output with other bytes it would be false.
+        # The provenance lets a killed run begin again, so it comes first; but last if an output with other bytes is there.
         if not job.output.exists() or recorded_digest(read_provenance(job.output), job.output) == report.output["sha256"]:
             place([provenance, *files], stage, outdated=[*former_maps])
         else:

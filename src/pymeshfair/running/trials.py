@@ -40,11 +40,10 @@ def trials(
     """Try scripts on a sample of a scan.
 
     On a scan with noise, sets of vertices are held out, one after the other. No two vertices of a set are neighbours, and each
-    starts at the position that its neighbours predict. The error of a script is the distance of its result from the scan
-    along the normals, at these vertices. On a `clean` scan none is held out; the error is that at all `Scan.scored` vertices.
+    starts at the position that its neighbours predict. The error of a script is the root mean square distance of its result
+    from the scan along the normals there, see `scores_of`. On a `clean` scan none is held out: all `Scan.scored` ones count.
 
-    Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty if no vertex can be
-    held out.
+    Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty without such vertices.
     """
     scan = Scan.of(vertices, faces)
     scored = np.flatnonzero(scan.scored).astype(np.int32)
@@ -67,11 +66,10 @@ def trials(
             heights[name].append(np.einsum("ij,ij->i", (scan.points - result)[held], scan.normals[held]))
     scores = scores_of(np.stack([np.concatenate(heights[name]) for name in ("", *explicit)]))
     (before, *errors), (_, *ties) = scores.errors.tolist(), scores.within(0.0 if clean else tuned.STAYS).tolist()
-    level = 0.0 if clean else scan.noise.deviation
     shows_relief = clean or not scan.has_impulses
     trial_of = dict[str, Trial]()
     for name, error, tied in zip(explicit, errors, ties, strict=True):
-        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=level)
+        loss = shows_relief and relief_lost(scan.points, results[name], scan.faces, noise=0.0 if clean else scan.noise.deviation)
         share, shortest = loss or (None, 0.0)
         trial_of[name] = Trial(error, before, share, shortest, tied)
     return trial_of

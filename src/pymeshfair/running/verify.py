@@ -147,7 +147,7 @@ def _changed(paths: Iterable[Path], entries: Iterable[Mapping[str, Any]]) -> Ite
 
 
 def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
-    """The recipe in a record; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
+    """The recipe in a provenance; a sentence on how its file differs, or ""; a note with its file, or "" for a shipped recipe."""
     text, name = str(entry["text"]), str(entry["name"])
     recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
@@ -170,7 +170,7 @@ def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
         texts = [text_now(upgrade=True)]
     except PymeshfairError as error:
         return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
-    with suppress(PymeshfairError):  # a script of today may have been run as it is
+    with suppress(PymeshfairError):  # the run may have taken the script without an upgrade
         texts.append(text_now(upgrade=False))
     differs = "" if text in texts else f"the recipe's file {file} says something else than when it was run"
     return recipe, differs, "" if is_ours else f"the recipe is from {file}"

@@ -94,7 +94,7 @@ def _condition(text: str) -> Condition:
         return Condition(text, name, least, most)
     names = [*WORDS, *QUANTITIES]
     name = re.split(r"\s+(?:from|up|[0-9.])", word)[0]
-    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
+    bounds = " A quantity has bounds, such as 'up to 3', 'from 1' or '1 to 3'" if nearest(name, names) in QUANTITIES else ""
     raise ParameterError(f"Fits: {text!r} is no condition; {hint(name, names)}{bounds}")
 
 
@@ -111,7 +111,7 @@ _PERCENT = re.compile(r"((?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)\s*%?
 class Guards:
     """The limits of a run; a limit that is not set is None or empty."""
 
-    max_displacement: Length | None = None  # of a vertex of the input, or in a new mesh from the input's surface
+    max_displacement: Length | None = None  # of a vertex from its place in the input, or in a new mesh from the input's surface
     max_volume_change: float | None = None  # percent of the input's volume, up or down; both meshes must be closed
     require: tuple[tuple[str, int | None], ...] = ()  # words of `REQUIREMENTS`, each with its number, or None if it takes none
     keep_sharp: float | None = None  # the least share of the length of sharp edges that must stay sharp, in percent
@@ -182,12 +182,12 @@ def _percent(name: str, text: str) -> float:
 
 def _requirements(name: str, text: str) -> tuple[tuple[str, int | None], ...]:
     requirements: list[tuple[str, int | None]] = []
-    allowed = "it takes " + ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())
+    allowed = "allowed are " + ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())
     for part in text.split(","):
         word, sign, number = (piece.strip() for piece in part.partition("="))
         if word not in REQUIREMENTS:
             raise ParameterError(f"{name}: {word!r} is no requirement; {hint(word, REQUIREMENTS, allowed)}")
         if bool(sign) != REQUIREMENTS[word] or (sign and not (number.isascii() and number.isdigit() and len(number) < 10)):
-            raise ParameterError(f"{name}: {part.strip()!r}; {allowed}")
+            raise ParameterError(f"{name}: {part.strip()!r} is wrong; {allowed}")
         requirements.append((word, int(number) if sign else None))
     return tuple(requirements)

@@ -181,7 +181,7 @@ def clean_comment(text: str) -> str:
 
 
 def paragraphs(comment: str) -> dict[str, str]:
-    """By keyword of `KEYWORDS`, the first paragraph of a head comment that begins with it; the title is none."""
+    """By keyword of `KEYWORDS`, the first paragraph of a head comment that begins with it; the title line is skipped."""
     by_keyword: dict[str, str] = {}
     for paragraph in re.split(r"\n[ \t]*\n", comment.partition("\n")[2].strip()):
         keyword, colon, words = " ".join(paragraph.split()).partition(":")

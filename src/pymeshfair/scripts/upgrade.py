@@ -131,22 +131,21 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
         if isinstance(target, Mapping):
             values = ", ".join(f"{new}={text}" for new, text in target.items())
             changes.append(note(what=f"is {values} now" if values else "is left out: today's default is the same"))
-            for new, text in target.items():
-                params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
+            params |= {new: _typed(declared[new], {"name": new, "value": text}, param.line) for new, text in target.items()}
             continue
         if target != name:
             known = any(name in former.renames for former in facts)
             changes.append(note(what=f"is {target!r} now", meaning="" if known else _OTHER_CASE))
-        if target in params:
-            meaning = "" if params[target].attributes == param.attributes else "the values differ, and the last one is kept"
-            changes.append(note(what="was given several times, and is given once now", meaning=meaning))
         attributes, parameter = {**param.attributes, "name": target}, declared[target]
         if any(target in former.relabelled for former in facts):  # choices have new words, but their numbers mean the same
             attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
-        params[target] = _typed(parameter, attributes, param.line)
+        typed = _typed(parameter, attributes, param.line)
+        if target in params:
+            meaning = "" if params[target].attributes == typed.attributes else "the values differ, and the last one is kept"
+            changes.append(note(what="was given several times, and is given once now", meaning=meaning))
+        params[target] = typed
         if is_typed:
-            runs_today = today.name == element.name
-            changes += _type_changes(parameter, attributes, params[target].attributes, note, runs_today=runs_today)
+            changes += _type_changes(parameter, attributes, typed.attributes, note, runs_today=today.name == element.name)
     return list(params.values()), changes
 
 

@@ -51,8 +51,8 @@ _SWITCH = dict.fromkeys(("true", "yes", "on", "1"), True) | dict.fromkeys(("fals
 def parse_value(parameter: Parameter, text: str) -> Any:
     """The value of a parameter from its text on a command line or in a setting.
 
-    A switch is true or false (also yes, no, on, off, 1, 0); a length is ``1%``, ``0.5edge`` or a number in mesh units; a choice
-    is its name; a point is ``1,2,3``; a colour is ``255,128,0``, or four numbers with opacity; a matrix is 16 numbers by rows.
+    A switch is true, false, yes, no, on, off, 1 or 0; a length ``1%``, ``0.5edge`` or a number in mesh units; a choice its name;
+    a point ``1,2,3``; a colour ``255,128,0``, or four numbers with opacity; a matrix 16 numbers by rows. Some take ``auto``.
     """
     plain = text.strip()
     value: Any = text if isinstance(parameter, String) else plain

@@ -1,4 +1,4 @@
-"""Warnings about valid scripts: steps that miss their purpose, lengths out of proportion, and layers that will be missing."""
+"""Warnings about valid scripts: steps that miss their purpose, lengths out of proportion, and missing layers or files."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,8 +1,8 @@
 """Divides points into buckets that fit into memory, and buckets into cells; a point's slot is its row in the files of `Cells`.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
-too many points is divided again, coincident points by their indices in the input. A cell has 512 points of a bucket that lie
-close together (more in a huge cloud), and their bounding box; a tile is a range of cells.
+too many points is divided again, coincident points by their indices. A cell has 512 points of a bucket that lie close
+together (more in a huge cloud), and their bounding box; a tile is a range of cells.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .workers import Tasks
 Ranges: TypeAlias = list[tuple[int, int]]
 #: points of a cell, and about the most cells of a cloud: a huge cloud has larger cells, so that lists of cells stay small
 CELL, MOST_CELLS = 512, 1 << 18
-#: yields (n, 3) coordinates and (n,) numbers (indices in the input), slice by slice; can be called more than once
+#: yields (n, 3) coordinates and (n,) numbers (see `Cells`), slice by slice; can be called more than once
 Slices: TypeAlias = Callable[[], Iterable[tuple[Floats, Longs]]]
 
 #: wanted sample: points for each bucket, and the most points in total; a sample has up to twice as many as wanted
@@ -242,7 +242,7 @@ def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """The files of the points: the slot of a point is its row in them, its number is its index in the input."""
+    """The files of the points: the slot of a point is its row in them, its number is its index among the points that are left."""
 
     folder: Path
     count: int  # number of points

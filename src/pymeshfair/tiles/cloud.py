@@ -30,7 +30,7 @@ from .workers import Tasks
 
 
 def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
-    """Marks all but the first point of each place or cell; `buckets` are pairs of a first row in `results` and a bucket."""
+    """Marks all but the first point of each place or grid cell; `buckets` are pairs of a first row in `results` and a bucket."""
     points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
@@ -75,7 +75,7 @@ class OutlierTiles(PointTiles):
 
 @dataclass(frozen=True)
 class Cloud:
-    """The points of a file that no step has deleted."""
+    """The points of a file, without those that steps have deleted."""
 
     source: Source
     folder: Path  # of temporary files
@@ -113,7 +113,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the remaining points into buckets; with `grid`, the side of a grid cell, they hold cells, not coordinates."""
+        """Divides the remaining points into buckets by coordinates, or by the numbers of their cells in a grid of side `grid`."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):

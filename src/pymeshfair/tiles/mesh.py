@@ -122,7 +122,7 @@ class Surface:
 
 
 def _by_part(parts: Longs) -> tuple[Longs, Longs]:
-    """Returns the faces of each part in ascending order, and their parts; `parts` (m, 3) has those of the corners, or -1."""
+    """Returns each face once for each of its parts, sorted by part, and these parts; (m, 3) `parts` of corners, -1 for none."""
     parts = np.sort(parts, axis=1)
     row, column = np.nonzero(np.diff(parts, axis=1, prepend=-1))  # a face is listed once for each part
     parts = parts[row, column]
@@ -204,7 +204,7 @@ class MeshTiles:
         return low, high, border, tile.vertices[tile.faces[sampled]]
 
     def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
-        """Returns the distance, times a scale, the number and the coordinates of the vertex of a face farthest from a place."""
+        """Finds the vertex of a face farthest from a place; returns its distance times a scale, its number and coordinates."""
         tile = tile_with_rings(self.surface, first, last, 1)
         rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
         if not len(rows):

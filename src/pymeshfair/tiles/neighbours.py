@@ -38,7 +38,7 @@ class TilePoints:
     first: int  # the first cell of the tile
     last: int  # the cell after the last one
     points: Floats  # (n, 3) coordinates, divided by the scale of the cells
-    numbers: Longs  # (n,) the indices of the points in the input
+    numbers: Longs  # (n,) the numbers of the points, see `Cells`
     slots: Longs  # (n,) the rows of the points in the files
     nearest: Ints  # (n, k) rows of the nearest points in the tile; 0 if the tile has too few points
     distances: Floats  # (n,) root mean square distances of the k nearest in the tile; after `search_around`, in the cloud
@@ -277,7 +277,7 @@ class StrayTiles(PointTiles):
         self._chosen(number).write(links.begin, joined)
 
     def connect(self, first: int, last: int) -> None:
-        """Finds the parts within a tile, and marks small parts as stray, except those that reach into other tiles."""
+        """Finds the parts within a tile; marks as stray the points not chosen, and small parts that reach no other tile."""
         links = Links.of(self, first, last)
         chosen = links.read_all(self._chosen(outliers.JOIN_STEPS)) > 0
         count = len(links.to)

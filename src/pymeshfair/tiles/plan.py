@@ -26,7 +26,7 @@ POINT_NORMALS = "compute_normal_for_point_clouds"
 _ON_CLOUDS = (LOOP, STRAYS, SURPLUS, DUPLICATES, POINT_NORMALS)
 _DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
 _CAN = (
-    "by tiles a recipe may remove coincident points, select stray, outlying or surplus points of a cloud (Select Stray Points, "
+    "By tiles a recipe may remove coincident points, select stray, outlying or surplus points of a cloud (Select Stray Points, "
     "LoOP, Select Surplus Points), delete the selected vertices, and compute normals for point sets; or move the vertices of a "
     "mesh by Taubin Smooth, Taubin Fairing, Explicit Smoothing, or Normal Filtering"
 )
@@ -101,7 +101,7 @@ def plan_of(script: Script) -> list[PlannedStep]:
 
 
 def _refusal(script: Script, number: int, why: str) -> ScriptError:
-    return ScriptError([script.problem(script.steps[number - 1], f"cannot be done by tiles: it {why}. What can: {_CAN}")])
+    return ScriptError([script.problem(script.steps[number - 1], f"cannot be done by tiles: it {why}. {_CAN}")])
 
 
 def why_not(filter: str, values: Mapping[str, Any]) -> str | None:

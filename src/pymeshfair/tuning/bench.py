@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -122,9 +122,8 @@ class Bench:
         return numbers, self._pack(replace(shown, scalars=scalars), compared.comparison.rounding)
 
     def _drawable(self, name: str, mesh: MeshData) -> Shown:
-        first = self._before.mesh
         scalars = {"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {}
-        like = self._scan if mesh is not first and same_elements(mesh, first) else None
+        like = self._scan if mesh is not self._before.mesh and same_elements(mesh, self._before.mesh) else None
         return shown_mesh(name, mesh, scalars=scalars, like=like)
 
     def _pack(self, shown: Shown, rounding: float = 0.0) -> bytes:
@@ -149,8 +148,7 @@ _bench = cache(Bench)
 
 def at_bench(scan: Scan, work: str, *arguments: Any) -> Result:
     """Calls a method of the bench of a scan."""
-    result: Result = getattr(_bench(scan.path, scan.part), work)(*arguments)
-    return result
+    return cast("Result", getattr(_bench(scan.path, scan.part), work)(*arguments))
 
 
 #: seconds to wait for a filter to stop before its process is killed

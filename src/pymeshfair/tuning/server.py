@@ -332,8 +332,7 @@ class Conversation:
 
     async def run(self, order: Mapping[str, Any]) -> None:
         recipe, overrides = self._tuned(order)
-        scan = self._scan
-        if scan.part is not None:
+        if (scan := self._scan).part is not None:
             recipe = replace(recipe, script=in_mesh_units(recipe.script, scan.diagonal, scan.mean_edge))
         self._number += 1
         about: dict[str, Any] = {"run": self._number, "asked": order.get("asked")}
@@ -377,8 +376,7 @@ class Conversation:
             raise ParameterError(f"{path.name} is the scan, which must stay as it is: give another name")
         await self.stop(order)
         recipe = replace(recipe, script=replace(recipe.script, comment=saved_comment(recipe, scan.name, ""), path=None))
-        overwrite, command = order.get("replace") is True, tuple(sys.argv)
-        job = Job(recipe, scan, path, overwrite=overwrite, overrides=overrides, command=command)
+        job = Job(recipe, scan, path, overwrite=order.get("replace") is True, overrides=overrides, command=tuple(sys.argv))
         stopped, send_event = threading.Event(), self._event_sender(0)
         self._finish_stopped = stopped
 

@@ -1,10 +1,10 @@
 """Copies arrays into a mesh as custom attributes, which MeshLab's "by function" filters can read.
 
-pymeshlab can add a custom attribute, but cannot change, remove or free it. So a layer gets at most `MOST` helper attributes of
-vertices, and of faces. Later calls overwrite helpers by way of vertex normals, which is slower: vertex i moves to (i, 0, 0). A
-helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex at its point,
-and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to the bit.
-Helpers are never point attributes, from which MeshLab's expressions would read freed memory.
+pymeshlab can add a custom attribute, but cannot change, remove or free it. So the vertices of a layer get at most `MOST` helper
+attributes, and its faces as many. Later calls overwrite helpers by way of vertex normals, which is slower: vertex i moves to
+(i, 0, 0). A helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex
+at its point, and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to
+the bit. Helpers are never point attributes, from which MeshLab's expressions would read freed memory.
 """
 
 from __future__ import annotations
@@ -219,7 +219,7 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
 
 
 def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, Floats]]:
-    """Yields the custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
+    """Yields the user's custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
 
     MeshLab does not tell the exact names: `likely` ones are tried first.
     """
@@ -229,7 +229,7 @@ def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> It
 
 
 def _user_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, bool, str | None]]:
-    """Yields custom attributes except helpers: element, name in MeshLab's list, whether values are points, exact name or None."""
+    """Yields the user's custom attributes: element, name in MeshLab's list, whether values are points, exact name or None."""
     for element in ELEMENTS:
         for points, prefixes in ((False, SAVED_AS), (True, _POINTS_SAVED_AS)):
             for listed in saved_attributes(meshset, prefixes[element]):

@@ -34,7 +34,7 @@ def read_array(mesh: Any, name: str) -> NDArray[Any]:
 
     Face normals are right only while the mesh has no transformation matrix; see `Workbench.matrix_aside`.
     """
-    if not mesh.is_compact():  # MeshLab closes the gaps that deleted elements leave after each of its filters, not otherwise
+    if not mesh.is_compact():  # deleted elements leave gaps, which MeshLab closes only at the end of its filters
         mesh.compact()
     array = np.ascontiguousarray(getattr(mesh, _ARRAYS[name])())
     return array[(array >= 0).all(axis=1)] if name == "edges" else array  # MeshLab keeps edges of deleted vertices, with -1
@@ -82,7 +82,7 @@ class Workbench:
     helper_ids: list[int] = field(default_factory=list, init=False)
 
     def has_current(self) -> bool:
-        with suppress(pymeshlab.PyMeshLabException):  # also in a set with layers none of which has become the current one
+        with suppress(pymeshlab.PyMeshLabException):  # raised if no layer is current, even if there are layers
             return bool(BASE.current_mesh_id(self.meshset) >= 0)
         return False
 
