@@ -65,9 +65,8 @@ def sharpness(scan: Scan, noise: float) -> float:
     of steps for 0.1 and above, fewer for less noise, since more steps would round the edges of a dodecahedron.
 
     Returns:
-        1 for a cube, 0 for a finely meshed sphere or a plane; for a finely meshed cylinder pi r / (pi r + h) if its triangles are
-        long along the axis, else less. Machine parts have 0.7 to 0.95 with noise of up to 0.5 edges; figures, bodies and terrain
-        have up to 0.66.
+        1 for a cube, 0 for a finely meshed sphere or a plane, up to pi r / (pi r + h) for a finely meshed cylinder. Machine parts
+        have 0.7 to 0.95 with noise of up to 0.5 edges; figures, bodies and terrain have up to 0.66.
     """
     pairs, shared = face_adjacency(scan.faces)
     steps, points = round(5 * min(1.0, noise / 0.1)), scan.points
