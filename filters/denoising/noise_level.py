@@ -194,5 +194,5 @@ def is_designed(points: Floats, faces: Ints) -> bool:
     """Whether a normalised mesh consists of exact planes: 99 % of its faces have a coplanar neighbour."""
     pairs, _ = face_adjacency(faces)
     first, second = face_normals(points, faces)[pairs.T]
-    flat = (np.linalg.norm(np.cross(first, second), axis=1) < _EXACT) & (np.einsum("ij,ij->i", first, second) > 0.0)
+    flat = np.einsum("ij,ij->i", first, second) > np.cos(_EXACT)
     return len(np.unique(pairs[flat])) >= 0.99 * len(faces)
