@@ -136,7 +136,7 @@ TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step back, which makes up for the shrinking; it must be below -step. Nearer to -step smooths more; not used when a "
+    help="The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a "
     "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)

@@ -190,5 +190,5 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
             remove_folder(path)
         detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
         can_resume = "the run's command with --resume continues the run; " if path.name.startswith(WORK_PREFIX) else ""
-        advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes the folder"
+        advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes what the run left"
         yield Finding("left files", True, detail, advice)

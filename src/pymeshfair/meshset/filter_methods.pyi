@@ -704,8 +704,8 @@ class FilterMethods(metaclass=LateMethods):
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
                 Larger is smoother. Takes a number from 0 to 1.
-            mu: The step back, which makes up for the shrinking; it must be below -step. Nearer to -step smooths more; not used
-                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a
+                pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices
                 have the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from 0 to
                 2.
@@ -1364,8 +1364,8 @@ class FilterMethods(metaclass=LateMethods):
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices only along the normal.
             step: The smoothing step, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step back, which makes up for the shrinking; it must be below -step. Nearer to -step smooths more; not used
-                when a pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a
+                pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / step). Takes a
                 number from 0 to 2.
