@@ -16,13 +16,13 @@ Colored = Annotated[bool, Bool(label="Colour", help="Also colour the mesh by the
 
 #: the angle of adjacent triangles, in radians, up to which the surface counts as flat; rounded coordinates alone bend it so much
 _FLAT = 1e-6
-_LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
+_SCALARS_AND_COLORS = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
 #: `mesh_filter` with the defaults for a filter that writes the vertex scalar and shows it in colours
-vertex_look = partial(
+vertex_measure = partial(
     mesh_filter,
     classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
     requires=MeshElement.FACENUMBER,
-    changes=_LOOKS_AT_VERTICES,
+    changes=_SCALARS_AND_COLORS,
 )
 
 
@@ -38,7 +38,7 @@ def get_surface_measures(layer: Layer) -> Edit:
     return Edit(values=asdict(inspection.surface_measures(layer.without_matrix().vertices, layer.faces, edges=layer.edges)))
 
 
-@vertex_look(name="Mean Curvature by Laplacian", references=("meyer2003",))
+@vertex_measure(name="Mean Curvature by Laplacian", references=("meyer2003",))
 def compute_scalar_by_mean_curvature_per_vertex(
     layer: Layer, *, operator: Annotated[inspection.CurvatureOperator, Enum()] = "cotangent", color: Colored = True
 ) -> Edit:
@@ -54,7 +54,7 @@ def compute_scalar_by_mean_curvature_per_vertex(
     return _colored(layer, values, color, flat=_FLAT / (layer.mean_edge or math.inf))
 
 
-@vertex_look(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
+@vertex_measure(name="Gaussian Curvature by Angle Deficit", references=("meyer2003",))
 def compute_scalar_by_gaussian_curvature_per_vertex(
     layer: Layer, *, measure: Annotated[inspection.GaussianMeasure, Enum()] = "per_area", color: Colored = True
 ) -> Edit:
@@ -90,7 +90,7 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     return Edit(face_scalars=shapes, face_colors=colors, values=_statistics(shapes, limits))
 
 
-@vertex_look(name="Reflection Lines")
+@vertex_measure(name="Reflection Lines")
 def compute_color_by_reflection_lines_per_vertex(
     layer: Layer,
     *,
@@ -116,7 +116,7 @@ def compute_color_by_reflection_lines_per_vertex(
 @mesh_filter(
     name="Displacement from Another Layer",
     classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING | FilterClass.MEASURE,
-    changes=_LOOKS_AT_VERTICES,
+    changes=_SCALARS_AND_COLORS,
     arity=Arity.FIXED,
 )
 def compute_scalar_by_displacement_per_vertex(

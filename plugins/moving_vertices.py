@@ -49,7 +49,7 @@ def no_amount(layer: Layer, other: str, amount: str = "detail_size") -> FilterIn
     """The error if neither the detail size nor the other parameter gives an amount."""
     if layer.mean_edge == 0.0:
         has_cells = len(layer.faces) or len(layer.edges)
-        lacking = "no edge with a length" if has_cells else "only doubled points" if len(layer.vertices) > 1 else "no faces"
+        lacking = "no edge with a length" if has_cells else "only duplicate points" if len(layer.vertices) > 1 else "no faces"
         return FilterInputError(f"the mesh has {lacking}, so that {amount} is 0: nothing to do")
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
 

@@ -136,7 +136,7 @@ TAUBIN_MU = Float(
     label="Step back (mu)",
     minimum=-1.5,
     maximum=0,
-    help="The step that inflates the surface again, below -step. Nearer to -step smooths more; not used when a "
+    help="The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a "
     "pass band is given. Only for Taubin's method.",
 )
 TAUBIN_PASS_BAND = Float(label="Pass band", minimum=0, maximum=2)
@@ -165,7 +165,7 @@ def apply_coord_taubin_fairing(
 ) -> Edit:
     """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-    With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges. On borders MeshLab's step is two thirds of ours.
+    With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges, and on borders, where its step is 2/3 of ours.
 
     Args:
         operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent'
@@ -237,7 +237,7 @@ def apply_coord_curve_smoothing(
             is smoother.
         pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices have
             the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.
-        iterations: The number of steps. More steps smooth more; with a detail size they only sharpen the cutoff.
+        iterations: The number of steps ('taubin': of pairs). More smooth more; with a detail size they only sharpen the cutoff.
         border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
     """
     by_size = method == "implicit" and time_step == 0.0

@@ -56,7 +56,7 @@ def apply_coord_spectral_filter(
             More keep finer features: 5 leave a blob, 500 most features. 0: not used, the detail size decides.
         gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens them.
         order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves ripples
-            beside edges. Not used if a given number of modes is computed.
+            beside edges. Not used with modes and the route 'eigenvectors'.
         method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' computes
             modes only if their number is given and memory allows. The result names the method.
     """

@@ -166,7 +166,7 @@ class Door:
         return self._names[texture]
 
     def _send_custom(self, name: str) -> None:
-        """Sends a custom attribute, which an expression may name, to the current layer, if the original mesh has it."""
+        """Sends a custom attribute, which an expression may name, to the current layer, if the sent mesh has it."""
         layer = BASE.current_mesh(self._meshset)
         sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == layer.id()), None)
         if sent is None:
@@ -305,7 +305,7 @@ def _custom(mesh: MeshData, element: str, name: str) -> NDArray[np.float64] | No
 
 
 def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
-    """(n,) the original number of each element, -1 for new ones; None if the numbers are lost or one is `count` or more."""
+    """(n,) each element's number in the sent mesh, -1 for new ones; None if the numbers are lost or one is `count` or more."""
     marks = _attribute(mesh, element, _ID)
     if marks is None:
         return None
@@ -314,7 +314,7 @@ def _numbers(mesh: Any, element: str, count: int) -> NDArray[np.int64] | None:
 
 
 def _at_places(vertices: Any, faces: Any, sent: MeshData) -> tuple[NDArray[np.int64] | None, NDArray[np.int64] | None]:
-    """The numbers of elements that lie where a sent one lies, for filters that copy without numbers; None if no vertex does."""
+    """The numbers of the elements at the places of sent ones, if a filter lost the numbers; None if no vertex lies at one."""
     of_vertices, first = _first_equal(vertices, sent.vertices), _first_equal(sent.vertices, sent.vertices)
     if of_vertices.max() < 0:
         return None, None
@@ -343,7 +343,7 @@ def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None
 
 
 def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: MeshData) -> None:
-    """Sets a face's number to -1 unless it has the vertices of that sent face; sent vertices at one place count as the same."""
+    """Sets a face's number to -1 unless its vertices are those of the sent face; sent vertices at one place count as the same."""
     old = np.flatnonzero(of_faces >= 0)
     place_of = np.append(numbered(before.vertices)[1], -1)  # the last one is that of new vertices
     corners, originals = np.sort(place_of[[of_vertices[faces[old]], before.faces[of_faces[old]]]], axis=2)

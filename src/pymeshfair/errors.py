@@ -59,7 +59,7 @@ class MissingExtraError(PymeshfairError, ImportError):
 
 def missing_package(package: str, extra: str) -> str:
     """The message about a package that is not installed."""
-    return f"it needs the package {package}; install pymeshfair with its extra: python -m pip install 'pymeshfair[{extra}]'"
+    return f"the package {package} is missing: install it by python -m pip install 'pymeshfair[{extra}]'"
 
 
 def require_extra(extra: str, *packages: str) -> None:
@@ -143,7 +143,7 @@ class WorkerDied(PlacedError):  # noqa: N818 - says what happened
 
 
 class GuardBroken(RunError):  # noqa: N818 - says what happened
-    """The result exceeds limits of the recipe or the command; it was not written."""
+    """The result breaks limits of the recipe or the command; it was not written."""
 
     def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
         sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)

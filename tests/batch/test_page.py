@@ -68,7 +68,7 @@ def test_the_page_of_a_batch_names_no_folders_and_tells_what_an_earlier_batch_wr
         assert words in text
     for element in ("li", "td"):
         assert f"<{element}>00.ply is old</{element}>" in text
-    lines = "1 were written although they break a limit.", "3 of all outputs are from an earlier run.", "1 failed."
+    lines = "1 were written although they break a limit.", "3 were cleaned by an earlier batch.", "1 failed."
     assert [text.index(line) for line in lines] == sorted(text.index(line) for line in lines)
 
 

@@ -18,11 +18,12 @@ from tests.meshes import icosphere
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working folder: two scans, another in a folder within, and what is no scan."""
-    (tmp_path / "deep").mkdir()
+    folder = tmp_path / "no pattern [1]"
+    (folder / "deep").mkdir(parents=True)
     for name in ("b.ply", "a.stl", "deep/c.ply", "notes.txt", ".hidden.ply", "readme.md"):
-        (tmp_path / name).write_text("x")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+        (folder / name).write_text("x")
+    monkeypatch.chdir(folder)
+    return folder
 
 
 def names(*arguments: str) -> list[str]:

@@ -27,12 +27,12 @@ def test_a_note_says_that_a_partly_selected_component_keeps_no_volume(amount: di
         assert notes == ["preserve_volume rescales only closed components whose vertices are all selected."] * count
 
 
-def test_doubled_points_are_named_as_the_cause() -> None:
+def test_duplicate_points_are_named_as_the_cause() -> None:
     """Where every point of a cloud is there twice, the mean distance to the nearest point is 0, and so is a size in edges."""
     meshes = pymeshfair.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(np.repeat(icosphere(2)[0], 2, axis=0)))
-    with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only doubled points, so that detail_size is 0"):
+    with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only duplicate points, so that detail_size is 0"):
         meshes.apply_filter("apply_coord_implicit_fairing", operator="robust")
     for name, values in (("apply_coord_implicit_fairing", {"time_step": 1.0}), ("apply_coord_explicit_smoothing", {"step": 1.0})):
-        with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only doubled points, so that its mean edge is 0"):
+        with pytest.raises(pymeshlab.PyMeshLabException, match="the mesh has only duplicate points, so that its mean edge is 0"):
             meshes.apply_filter(name, operator="robust", **values)

@@ -67,7 +67,7 @@ class DaskWorkers:
 
 @dataclass(eq=False)
 class _Plugin(WorkerPlugin):
-    """Holds the station of a worker during a batch; dask also sends it to workers that join later."""
+    """Holds the station of a worker during a batch; dask sends the plugin to workers that join later, too."""
 
     name: str  # the name of the batch, with which the names of its tasks begin
     template: bytes  # a pickled `Job`

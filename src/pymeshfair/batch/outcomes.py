@@ -189,7 +189,7 @@ def displacement_in_edges(outcome: Outcome, name: str = "rms") -> float | None:
 
 
 def area_change(outcome: Outcome) -> float | None:
-    """Returns the change of the area in percent, below 0 for a loss; None for clouds."""
+    """Returns the change of the area in percent, below 0 for a loss; None if the input has no area or was not measured."""
     if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
         return None
     return 100.0 * (float(outcome.after["area"]) / float(outcome.before["area"]) - 1.0)

@@ -1,4 +1,4 @@
-"""Writes ``batch.html``, which has a row for each scan, failures first; and a page for each scan, in a worker process."""
+"""Writes ``batch.html``, which has a row for each scan, failures first; and a page for each cleaned scan, in a worker process."""
 
 import math
 import re
@@ -29,7 +29,7 @@ def page_path(folder: Path, output: Path) -> Path:
 
 
 def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Pool) -> None:
-    """Writes the page of a scan that was done, unless a page of the same run exists."""
+    """Writes the page of a cleaned scan, unless a page of the same run exists."""
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "it has no provenance, so that its input is unknown")
@@ -93,7 +93,7 @@ def _verdict(summary: Summary) -> Verdict:
     counts = summary.counts
     words = {
         "broken": "were written although they break a limit",
-        "resumed": "of all outputs are from an earlier run",
+        "resumed": "were cleaned by an earlier batch",
         "failed": "failed",
         "left": "were not started",
     }

@@ -7,6 +7,7 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 
 from ..declaration import nearest
@@ -87,9 +88,9 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Re
         if not files:
             raise ParameterError(f"there are no mesh files in the folder {path} and its subfolders")
     elif not path.exists() and glob.has_magic(argument):
-        parts = path.absolute().parts
-        root = Path(*parts[: next(k for k, part in enumerate(parts) if glob.has_magic(part))])
-        files = sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())  # noqa: PTH207 - patterns with folders
+        root = Path(base, *takewhile(lambda part: not glob.has_magic(part), Path(argument).parts))
+        found = glob.glob(argument, root_dir=base, recursive=True)  # noqa: PTH207 - patterns with folders
+        files = sorted(path for path in (base / name for name in found) if path.is_file())
         if not files:
             raise ParameterError(f"no file fits the pattern {argument!r} (searched for {path})")
     elif argument == "-" or extension(path) == "csv":

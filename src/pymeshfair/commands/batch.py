@@ -43,7 +43,7 @@ def batch(
         Option(
             metavar="NAME",
             help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {folder}, {parent} and "
-            "{number}. By default outputs have the names of inputs, with their subfolders.",
+            "{number}. By default outputs have the names and subfolders of inputs; .ply replaces formats that cannot be written.",
         ),
     ] = "",
     jobs: Annotated[int | None, Option(metavar="N", help="Scans at a time; by default one per processor.", min=1)] = None,

@@ -42,7 +42,7 @@ def compare(
     overwrite: options.Overwrite = False,
     json: options.Json = False,
 ) -> None:
-    """Compare two meshes or clouds: their distance, and what was kept, lost, added and removed.
+    """Compare two meshes or clouds: their distance, added and removed area, and kept and lost attributes.
 
     The meshes may have different vertices and faces. With --tolerance the exit code is 1 if a distance exceeds the tolerance.
     """

@@ -82,7 +82,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
 
 
 class ProgressLines(contextlib.ExitStack):
-    """Prints a line when a step begins, and messages of filters; with `verbose` also times, and the progress of long steps."""
+    """Prints a line when a step begins, and filters' messages; with `verbose` also phases, times, progress of long steps."""
 
     _margin = "  "  # before the messages of filters
 

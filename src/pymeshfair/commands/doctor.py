@@ -176,7 +176,7 @@ def look_at_disk() -> Iterator[Finding]:
 
 
 def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
-    """The temporary folders that killed runs left; they do not count as wrong."""
+    """The temporary folders that killed runs left, which do not count as wrong; with `remove` they are removed."""
     from ..files.writing import WORK_PREFIX, abandoned_folders, remove_folder
 
     if not folder.is_dir():
@@ -190,5 +190,5 @@ def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
             remove_folder(path)
         detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
         can_resume = "the run's command with --resume continues the run; " if path.name.startswith(WORK_PREFIX) else ""
-        advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes it"
+        advice = "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes what the run left"
         yield Finding("left files", True, detail, advice)

@@ -94,7 +94,7 @@ def info(
 ) -> None:
     """Show everything about a filter, a recipe or a mesh file.
 
-    For a mesh: its size, bounding box, holes with their edges, pieces, noise and attributes, and the recipes that suit it.
+    For a mesh: its size, bounding box, holes with their edges, components, noise and attributes, and the recipes that suit it.
     """
     from ..recipe import load_recipe, shipped_recipes
 

@@ -68,7 +68,7 @@ Recipe = Annotated[
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
 Unchecked = Annotated[bool, Option("--unchecked", help="Let MeshLab read formats that pymeshfair cannot check (.3ds, .ctm ...).")]
 Unit = Annotated[str | None, Option(metavar="mm|cm|m|in|ft|um", help="The scan's unit; by default that of its file or recipe.")]
-Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default 80 % of the machine's.")]
+Memory = Annotated[str | None, Option(metavar="SIZE", help="Memory for a run, such as 4GB; by default runs share 80 % of RAM.")]
 Timeout = Annotated[float | None, Option(metavar="SECONDS", help="The time limit of a run; in a batch, of each scan.", min=0.001)]
 
 
@@ -187,7 +187,7 @@ def memory_limit(text: str | None) -> int | None:
 
 
 def assumed_unit(typed: str | None, units: dict[str, str | None]) -> tuple[str | None, list[str]]:
-    """The typed unit; else the first unit in `units`, by file name, and a warning for each file that has none."""
+    """The typed unit, else the first in `units`, which are by file name; then with a warning for each file without a unit."""
     from ..declaration.parameters import unit_of_scan
 
     known, other = next((u for u in units.items() if u[1]), ("", None))

@@ -70,7 +70,7 @@ def run(
 
         tolerance = None if map_tolerance is None else Length.parse(map_tolerance)
         if tolerance is not None and (map is None or tolerance.amount < 0.0):
-            wrong = "it is about the intervention map: give --map, too" if map is None else f"{map_tolerance} is below 0"
+            wrong = "it is about the map: give --map, too" if map is None else f"{map_tolerance} is below 0"
             raise typer.BadParameter(wrong, param_hint="--map-tolerance")
         job = chosen.job(recipe, input, output, overwrite=overwrite, map=map, map_tolerance=tolerance)
         scheduler = chosen.chosen_scheduler()

@@ -81,10 +81,8 @@ def suggest(
     print_lines(fitting_lines(recipes), err=output == STANDARD)
     if values is None:
         return
-    print_lines(
-        (_summary(scan, values, traits["noise"], traits_here["noise"]), *_setting_lines(values), *_smoother_lines(values)),
-        err=True,
-    )
+    summary = _summary(scan, values, traits["noise"], traits_here["noise"])
+    print_lines((summary, *_setting_lines(values), *_smoother_lines(values)), err=True)
     if output is not None and output != STANDARD:
         recipe_and_scan = shlex.join(f"./{path}" if str(path).startswith("-") else str(path) for path in (output, scan))
         say(f"{output}: written; `pymeshfair run {recipe_and_scan} -o RESULT` applies it", err=True)

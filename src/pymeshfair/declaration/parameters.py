@@ -223,7 +223,7 @@ class Float(_Bounded):
 class Percentage(_Bounded):
     """A length: declarations and callers use `Length`, the function of the filter receives mesh units.
 
-    A default may be a text (``"1%"``, ``"6edge"``). Zero is allowed; the help says what it means, usually "not used".
+    A default may be a text (``"1%"``, ``"6edge"``). Zero is allowed, and often means "not used".
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"

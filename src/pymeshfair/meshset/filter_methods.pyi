@@ -704,13 +704,13 @@ class FilterMethods(metaclass=LateMethods):
                 smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': how far a vertex moves towards the mean of its neighbours, as a share above 0.
                 Larger is smoother. Takes a number from 0 to 1.
-            mu: The step that inflates the surface again, below -step. Nearer to -step smooths more; not used when a pass band
-                is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a
+                pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: For 'taubin': frequencies below it are kept, above it damped; m waves round a closed curve of n vertices
                 have the frequency 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from 0 to
                 2.
-            iterations: The number of steps. More steps smooth more; with a detail size they only sharpen the cutoff. Takes a
-                whole number from 1 to 100000.
+            iterations: The number of steps ('taubin': of pairs). More smooth more; with a detail size they only sharpen the
+                cutoff. Takes a whole number from 1 to 100000.
             border: How the ends of open curves move: 'fixed' ends stay; 'free' ends move towards their neighbours.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
                 selected, the vertices whose triangles are all selected change.
@@ -1266,7 +1266,7 @@ class FilterMethods(metaclass=LateMethods):
             gain: The factor of 'enhance' for the waves of the band. Larger makes these details stronger; a gain below 1 weakens
                 them. Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
-                ripples beside edges. Not used if a given number of modes is computed. Takes a whole number from 1 to 8.
+                ripples beside edges. Not used with modes and the route 'eigenvectors'. Takes a whole number from 1 to 8.
             method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
                 computes modes only if their number is given and memory allows. The result names the method.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same operator for slivers and
@@ -1357,15 +1357,15 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-        With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges. On borders MeshLab's step is two thirds of
+        With 'uniform' it is MeshLab's Taubin Smooth, except at non-manifold edges, and on borders, where its step is 2/3 of
         ours.
 
         Args:
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices only along the normal.
             step: The smoothing step, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step that inflates the surface again, below -step. Nearer to -step smooths more; not used when a pass band
-                is given. Only for Taubin's method. Takes a number from -1.5 to 0.
+            mu: The step back, which undoes the shrinking; it must be below -step. Nearer to -step smooths more; not used when a
+                pass band is given. Only for Taubin's method. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. A pass band sets mu = 1 / (pass band - 1 / step). Takes a
                 number from 0 to 2.
