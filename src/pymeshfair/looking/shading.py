@@ -173,7 +173,7 @@ def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
 
 
 class DepthBuffer(NamedTuple):
-    """The front face or dot at each of h x w pixels, row 0 at the top."""
+    """The face or dot nearest to the eye at each of h x w pixels, row 0 at the top."""
 
     elements: Ints  # (h, w) its number; -1 for background
     depths: NDArray[np.float64]  # (h, w) its nearness to the eye; -inf for background

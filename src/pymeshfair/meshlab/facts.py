@@ -1,4 +1,4 @@
-"""Facts about MeshLab's filters: ``filters.json`` describes today's filters, ``former_filters.json`` those of older versions.
+"""Facts about MeshLab's filters, from JSON files: today's, those of older versions, and those with another result in each run.
 
 ``tools/meshlab_table.py`` generates ``filters.json``: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
 """
@@ -39,7 +39,7 @@ def differences_from_installed() -> list[str]:
 
     meshes = pymeshlab.MeshSet()
     meshes.create_cube()
-    meshes.compute_scalar_by_function_per_face(q="0")  # without scalars three filters list no parameters
+    meshes.compute_scalar_by_function_per_face(q="0")  # without face scalars three filters raise an error
     installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
     expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
     differences = differing_names(installed, expected)

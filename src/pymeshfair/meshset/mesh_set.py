@@ -43,7 +43,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     Attributes:
         on_progress: called with the share of work done, from 0 to 1, while a plugin's filter works; may raise to stop the filter.
-        on_note: called with each sentence that a filter has for the user; None sends them to the logger ``pymeshfair``.
+        on_note: called with each sentence that a filter or a conversion has for the user; None: the logger ``pymeshfair``.
     """
 
     on_progress: Callable[[float], None] | None = None
@@ -72,7 +72,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
             UnknownLayerError: no layer has the given id.
-            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless MeshLab took part of the result.
+            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless writing the result failed.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
@@ -120,8 +120,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. Its limits are not
-        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
+        The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. A recipe's limits are
+        not checked here, but by `pymeshfair.run`. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)

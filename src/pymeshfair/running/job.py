@@ -96,7 +96,7 @@ class Job:
             return ()
         of_source = f"; .{source.extension} keeps it" if source is not None and source.writer else ""
         of_cells = "; .3mf and .glb keep it" if faces else "; .glb keeps it" if edges else ""
-        advice = of_cells or of_source  # .3mf holds faces alone; .glb rounds survey coordinates
+        advice = of_cells or of_source  # not for points: .3mf holds faces alone, and .glb rounds survey coordinates
         return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}{advice}",)
 
     def check_unit(self) -> None:

@@ -36,7 +36,7 @@ class Trial:
 
     error: float  # the prediction error at held-out vertices, along the normals; on a scan without noise the displacement
     before: float  # the same error of the scan as it is
-    relief: float | None  # the share of the relief that is lost; None if the noise hides all relief
+    relief: float | None  # the share of the relief that is lost; None if the noise hides all relief or has impulses
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none, or all
     tied: bool = False  # whether the error is statistically equal to the least error of all trials
 
