@@ -238,7 +238,7 @@ class Report:
     before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if the job wants no measures
     after: Mapping[str, Any] | None = None  # the measures of the mesh as written
     change: Mapping[str, Any] | None = None  # the change of shape
-    traits: Mapping[str, Any] = field(default_factory=dict)  # the traits of the scan that the recipe asked for, see `traits_of`
+    traits: Mapping[str, Any] = field(default_factory=dict)  # the traits that were measured for the recipe, see `traits_of`
     warnings: tuple[str, ...] = ()
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
     maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder

@@ -37,7 +37,7 @@ from .supervise import mark
 
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
-#: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit the mesh
+#: the measures of a mesh, and the result of `traits_asked_for`
 _Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
 
@@ -48,7 +48,7 @@ class Outcome:
     before: MeasuredMesh  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a transformation matrix
     steps: tuple[StepReport, ...]
-    traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
+    traits: Mapping[str, Any]  # the traits of the scan that were measured for the recipe
 
 
 class RunCache:
