@@ -109,8 +109,8 @@ class Former:
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
-    #: parameters that older versions lacked, and whose default today does something else. By name: the ``value`` that does what
-    #: the old version did, the ``meaning``, and in ``if`` the value of another parameter without which there is no difference
+    #: parameters that older versions lacked, whose default today does something else. By name: the ``value`` with the old effect,
+    #: a sentence on the difference (``meaning``), and in ``if`` the ``PARAMETER=VALUE`` without which there is no difference
     newer: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
     #: which layer is current after the filter: ``"left"``: in old versions the layer that was current before, today the result;

@@ -12,6 +12,7 @@ import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
 from ..meshlab.base import BASE, MESHLAB, after_failure
+from ..places import counted
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
@@ -204,15 +205,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._bench.prints_parameters = verbosity
 
     def __repr__(self) -> str:
-        """Returns a line for each layer: its id, with ``*`` for the current layer, its name and its size."""
+        """Returns the number of layers, and a line for each: its id, with ``*`` for the current layer, its name and its size."""
         current = self.current_mesh_id() if self._bench.has_current() else -1
         lines = []
         for mesh in self:
-            counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
-            size = ", ".join(f"{count:,} {name}" for count, name in counts if count or name == "vertices")
+            cells = ((mesh.face_number(), "face"), (mesh.edge_number(), "edge"))
+            sizes = [counted(mesh.vertex_number(), "vertex", "vertices"), *(counted(*cell) for cell in cells if cell[0])]
             number = f"{mesh.id()}{'*' if mesh.id() == current else ''}"
-            lines.append(f"  {number:<4} {mesh.label()}: {size}")
-        return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
+            lines.append(f"  {number:<4} {mesh.label()}: {', '.join(sizes)}")
+        return "\n".join([f"MeshSet of {counted(len(lines), 'layer')}", *lines])
 
     __str__ = __repr__  # the `__str__` of pymeshlab returns None
 
