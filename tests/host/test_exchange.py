@@ -398,12 +398,10 @@ def test_a_mesh_set_says_what_is_in_it() -> None:
     meshes = MeshSet()
     assert str(meshes) == "MeshSet of 0 layers"
     meshes.add_mesh(pymeshlab.Mesh(*icosphere(1)), "<ball>")
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])), "one")
     meshes.add_mesh(pymeshlab.Mesh(icosphere(2)[0]), "cloud")
-    assert str(meshes).splitlines() == [
-        "MeshSet of 2 layers",
-        "  0    <ball>: 42 vertices, 80 faces",
-        "  1*   cloud: 162 vertices",
-    ]
+    lines = ["  0    <ball>: 42 vertices, 80 faces", "  1    one: 3 vertices, 1 face", "  2*   cloud: 162 vertices"]
+    assert str(meshes).splitlines() == ["MeshSet of 3 layers", *lines]
 
 
 def test_a_bare_number_for_a_length_is_answered_with_what_it_may_mean() -> None:

@@ -24,7 +24,7 @@ _KEPT: list[Any] = []
 
 
 def apply_filter(meshset: Any, name: str, values: Mapping[str, Any], *, verbose: bool, script: str = "") -> dict[str, Any]:
-    """Applies a filter without adding it to MeshLab's own script; returns its report. A `script` replaces it and gives none."""
+    """Applies a filter, or the .mlx text `script` instead; returns the report, {} of a script. Clears MeshLab's own script."""
     with MESHLAB:
         try:
             if script:
@@ -77,7 +77,7 @@ class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # typ
 
 
 class ScriptStepFailedError(StepFailedError, FilterFailedError):
-    """A step of a filter script failed; the mesh is as the last complete step left it."""
+    """A step of a filter script failed; the steps before it stay applied."""
 
 
 class ForeignMeshError(PymeshfairError, TypeError):

@@ -37,7 +37,7 @@ class BuiltinFilters:
             raise
 
     def _is_beyond_bounds(self, declared: Filter, values: Mapping[str, Any]) -> bool:
-        """Whether a number is beyond bounds that MeshLab computes from the mesh; a call of pymeshlab would take the bound."""
+        """Whether a number is beyond bounds that MeshLab computes from the mesh; a call of pymeshlab would use the bound."""
         free = [p.name for p in declared.parameters if isinstance(p, Float) and p.minimum is None]
         given = {name: values[name] for name in free if isinstance(values.get(name), float) and math.isfinite(values[name])}
         used = self.ask(declared.python_name, **values) if given else {}

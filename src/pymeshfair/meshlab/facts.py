@@ -1,4 +1,4 @@
-"""Facts about MeshLab's filters: ``filters.json`` describes today's filters, ``former_filters.json`` those of older versions.
+"""Facts about MeshLab's filters, from JSON files: today's, those of older versions, and those with another result in each run.
 
 ``tools/meshlab_table.py`` generates ``filters.json``: names, kinds, defaults, bounds and choices, and the version of pymeshlab.
 """
@@ -39,7 +39,7 @@ def differences_from_installed() -> list[str]:
 
     meshes = pymeshlab.MeshSet()
     meshes.create_cube()
-    meshes.compute_scalar_by_function_per_face(q="0")  # without scalars three filters list no parameters
+    meshes.compute_scalar_by_function_per_face(q="0")  # without face scalars three filters raise an error
     installed = {name: set(meshes.filter_parameter_values(name)) for name in pymeshlab.filter_list()}
     expected = {declared.python_name: {p.name for p in declared.parameters} for declared in meshlab_filters()}
     differences = differing_names(installed, expected)
@@ -109,8 +109,8 @@ class Former:
     drops: Mapping[str, str | None] = field(default_factory=dict)
     #: removed parameters without an equivalent today, each with the change that this causes
     loses: Mapping[str, str] = field(default_factory=dict)
-    #: parameters that older versions lacked, and whose default today does something else. By name: the ``value`` that does what
-    #: the old version did, the ``meaning``, and in ``if`` the value of another parameter without which there is no difference
+    #: parameters that older versions lacked, whose default today does something else. By name: the ``value`` with the old effect,
+    #: a sentence on the difference (``meaning``), and in ``if`` the ``PARAMETER=VALUE`` without which there is no difference
     newer: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     relabelled: Sequence[str] = ()  # parameters whose choices have new labels and the same numbers
     #: which layer is current after the filter: ``"left"``: in old versions the layer that was current before, today the result;

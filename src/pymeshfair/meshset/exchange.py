@@ -41,7 +41,7 @@ class Arrays:
     lost: list[str] = field(default_factory=list)  # sentences on contents that the other package cannot hold
 
     def omit(self, reason: str, **contents: Any) -> None:
-        """Notes in `lost` the reason and the names of those contents that are not empty, with blanks for _."""
+        """Notes in `lost` the reason and the names of those contents that are not empty, with spaces for underscores."""
         lost = [name.replace("_", " ") for name, content in contents.items() if content is not None and len(content)]
         if lost:
             self.lost.append(f"{reason} the {', '.join(lost)}")
@@ -186,7 +186,7 @@ def to_open3d(arrays: Arrays) -> Any:
 
 
 def to_pyvista(arrays: Arrays) -> Any:
-    """Returns a `pyvista.PolyData` with triangles and lines, colours as ``RGBA``, texture coordinates and all values."""
+    """Returns a `pyvista.PolyData` with triangles and lines, normals, colours (``RGBA``), texture coordinates and all values."""
     pyvista = importlib.import_module("pyvista")
     parts = {"lines": (2, arrays.edges), "faces": (3, arrays.faces)}
     cells = {name: np.insert(rows, 0, size, axis=1).ravel() for name, (size, rows) in parts.items() if len(rows)}
@@ -294,7 +294,7 @@ def _of_pyvista(mesh: Any) -> Arrays:
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
     others, last, pieces = mesh.n_lines + mesh.n_verts, mesh.n_cells - mesh.n_strips, []
-    # VTK's triangulation mixes up the values of cells of several kinds: points and lines come first, strips last.
+    # VTK's triangulation mixes up the values of several kinds of cells. Cells of points and lines come first, strips last.
     for kind, start, end in (("faces", others, last), ("strips", last, mesh.n_cells)):
         piece = mesh
         if 0 < end - start < mesh.n_cells:

@@ -27,7 +27,7 @@ _LOG = logging.getLogger("pymeshfair")
 
 
 class FilterRunner:
-    """Applies filters of MeshLab and of plugins; layer ids in its steps leave out helper layers (`Workbench.without_helpers`)."""
+    """Applies filters of MeshLab and of plugins; layer ids in its steps count no helper layers (`Workbench.without_helpers`)."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench

@@ -12,6 +12,7 @@ import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
 from ..meshlab.base import BASE, MESHLAB, after_failure
+from ..places import counted
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     Attributes:
         on_progress: called with the share of work done, from 0 to 1, while a plugin's filter works; may raise to stop the filter.
-        on_note: called with each sentence that a filter has for the user; None sends them to the logger ``pymeshfair``.
+        on_note: called with each sentence that a filter or a conversion has for the user; None: the logger ``pymeshfair``.
     """
 
     on_progress: Callable[[float], None] | None = None
@@ -72,7 +73,7 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
             UnknownFilterError: there is no such filter or parameter; the message suggests the nearest name.
             FilterParameterError: a value is not allowed.
             UnknownLayerError: no layer has the given id.
-            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless MeshLab took part of the result.
+            FilterFailedError: no mesh, or a plugin's filter failed; the mesh is unchanged unless writing the result failed.
             pymeshlab.PyMeshLabException: the base class of these errors; MeshLab's own filters raise it for every failure.
         """
         result, step = self._filters.apply(filter_name, kwargs)
@@ -120,8 +121,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
         """Applies a recipe to the current mesh, and adds its steps to the filter script; returns the report of each step.
 
-        The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. Its limits are not
-        checked; `pymeshfair.run` checks them. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
+        The arguments are a shipped recipe or the path of an .mlx script, and new values for its settings. A recipe's limits are
+        not checked here, but by `pymeshfair.run`. Errors are those of `Recipe.load` and `apply_script`, and `ParameterError`.
         """
         loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(loaded.script)
@@ -204,15 +205,15 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
         self._bench.prints_parameters = verbosity
 
     def __repr__(self) -> str:
-        """Returns a line for each layer: its id, with ``*`` for the current layer, its name and its size."""
+        """Returns the number of layers, and a line for each: its id, with ``*`` for the current layer, its name and its size."""
         current = self.current_mesh_id() if self._bench.has_current() else -1
         lines = []
         for mesh in self:
-            counts = ((mesh.vertex_number(), "vertices"), (mesh.face_number(), "faces"), (mesh.edge_number(), "edges"))
-            size = ", ".join(f"{count:,} {name}" for count, name in counts if count or name == "vertices")
+            cells = ((mesh.face_number(), "face"), (mesh.edge_number(), "edge"))
+            sizes = [counted(mesh.vertex_number(), "vertex", "vertices"), *(counted(*cell) for cell in cells if cell[0])]
             number = f"{mesh.id()}{'*' if mesh.id() == current else ''}"
-            lines.append(f"  {number:<4} {mesh.label()}: {size}")
-        return "\n".join([f"MeshSet of {len(lines)} {'layer' if len(lines) == 1 else 'layers'}", *lines])
+            lines.append(f"  {number:<4} {mesh.label()}: {', '.join(sizes)}")
+        return "\n".join([f"MeshSet of {counted(len(lines), 'layer')}", *lines])
 
     __str__ = __repr__  # the `__str__` of pymeshlab returns None
 

@@ -267,6 +267,7 @@ class Pool(AbstractContextManager["Pool"]):
         self._idle += [Process(self._threads, self._modules, forked=can_fork()) for _ in range(self.most)]
 
     def rest(self) -> None:
+        """Ends the idle processes."""
         with self._lock:
             idle, self._idle = self._idle, []
         for process in idle:

@@ -31,7 +31,7 @@ class Breach:
     message: str  # the breach, its place, and the allowed amount
     vertex: int | None = None  # the vertex of the result that breaks the limit; None if the breach has no single vertex
     place: tuple[float, ...] | None = None  # (x, y, z) of that vertex, or the middle of the largest connected group of faults
-    amount: float | None = None  # the measured amount; None if it could not be measured
+    amount: float | None = None  # the measured amount; None if there is none
     allowed: float | None = None  # the allowed amount, in the same unit
 
 

@@ -96,7 +96,7 @@ class Job:
             return ()
         of_source = f"; .{source.extension} keeps it" if source is not None and source.writer else ""
         of_cells = "; .3mf and .glb keep it" if faces else "; .glb keeps it" if edges else ""
-        advice = of_cells or of_source  # .3mf holds faces alone; .glb rounds survey coordinates
+        advice = of_cells or of_source  # not for points: .3mf holds faces alone, and .glb rounds survey coordinates
         return (f"{self.output.name} does not hold the unit of {self.input.name}, {file_unit}{advice}",)
 
     def check_unit(self) -> None:
@@ -238,7 +238,7 @@ class Report:
     before: Mapping[str, Any] | None = None  # the measures of the mesh as read; None if the job wants no measures
     after: Mapping[str, Any] | None = None  # the measures of the mesh as written
     change: Mapping[str, Any] | None = None  # the change of shape
-    traits: Mapping[str, Any] = field(default_factory=dict)  # the traits of the scan that the recipe asked for, see `traits_of`
+    traits: Mapping[str, Any] = field(default_factory=dict)  # the traits that were measured for the recipe, see `traits_of`
     warnings: tuple[str, ...] = ()
     breaches: tuple[Mapping[str, Any], ...] = ()  # the limits that were broken
     maps: tuple[StagedFile, ...] = ()  # the files of the intervention map in the staging folder

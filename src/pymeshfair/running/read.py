@@ -34,7 +34,7 @@ class ReadMesh:
     mesh: MeshData
     measured: MeasuredMesh
     warnings: tuple[str, ...]  # about the file
-    self_intersecting: Bools | None = None  # (m,) which faces cut others; None without a search, or if MeshLab crashed
+    self_intersecting: Bools | None = None  # (m,) which faces cut others; None without a search, or if it failed
 
     @property
     def measures(self) -> dict[str, Any]:
@@ -51,7 +51,7 @@ def read_mesh(
     """Read and measure a mesh file; `allow_outside` and `unchecked` are as in `Job`.
 
     `self_intersections` says whether to search for faces that cut others; None searches only meshes of at most `MOST_CUTS`
-    vertices. A crash of this search becomes a warning. Raises `InputError` for a file that cannot be read, and `RunError` if
+    vertices. A failure of this search becomes a warning. Raises `InputError` for a file that cannot be read, and `RunError` if
     MeshLab crashes while it reads the file.
     """
     path = Path(path).absolute()
@@ -73,7 +73,7 @@ def read_mesh(
         try:
             cuts = self_intersecting_apart(reading.mesh)
         except RunError:
-            warnings.append(f"MeshLab crashed while it looked for self-intersections of {path.name}")
+            warnings.append(f"MeshLab's search for self-intersections of {path.name} failed")
     return ReadMesh(path, reading.mesh, measured, tuple(warnings), cuts)
 
 

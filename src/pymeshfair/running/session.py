@@ -37,7 +37,7 @@ from .supervise import mark
 
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
-#: the measures of a mesh, the traits that the recipe asks for, and a warning if the recipe does not suit the mesh
+#: the measures of a mesh, and the result of `traits_asked_for`
 _Measured: TypeAlias = tuple[MeasuredMesh, Mapping[str, Any], str | None]
 
 
@@ -48,7 +48,7 @@ class Outcome:
     before: MeasuredMesh  # the mesh as it was read
     result: MeshData  # the mesh after the steps, without a transformation matrix
     steps: tuple[StepReport, ...]
-    traits: Mapping[str, Any]  # the traits of the scan that the recipe asked for
+    traits: Mapping[str, Any]  # the traits of the scan that were measured for the recipe
 
 
 class RunCache:
@@ -98,7 +98,7 @@ class Session:
         )
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
-        self._notes, self._mirrors = list[str](), False  # whether the matrix that is applied at the end mirrors
+        self._notes, self._mirrors = list[str](), False  # `_mirrors`: whether the matrix that is applied at the end mirrors
         self._unit: str | None = None
 
     def run(self) -> Report:
@@ -239,7 +239,7 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files; if a guard is broken, stage the output only with `Job.keep_broken`."""
+        """Stage the files; if a limit is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
@@ -310,7 +310,7 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Stage the output's files; return the output's entry in the provenance record, and the staged files."""
+        """Stage the output's files; return the output's entry in the provenance document, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)

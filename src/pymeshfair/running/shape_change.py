@@ -27,7 +27,7 @@ from .suitability import ERASED
 LARGEST_SIDE_CHANGE = 0.01  # a run warns if a side of the box changes by more than this share, both as measured and without noise
 #: a run warns if a vertex moves by more than this many mean edges, or if the net added area exceeds this share of the old one
 LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
-_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smaller smooths less, and a gain nearer 1
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")  # smooth less if smaller; gain: if nearer 1
 _WHOLE = 0.25  # a mesh was moved as a whole if, carried back, it has less than this share of its median displacement
 _LISTED = 20  # the largest number of pieces that are listed one by one
 

@@ -36,7 +36,7 @@ class Trial:
 
     error: float  # the prediction error at held-out vertices, along the normals; on a scan without noise the displacement
     before: float  # the same error of the scan as it is
-    relief: float | None  # the share of the relief that is lost; None if the noise hides all relief
+    relief: float | None  # the share of the relief that is lost; None if the noise hides all relief or has impulses
     relief_from: float = 0.0  # the shortest wavelength that the noise does not hide; 0 if it hides none, or all
     tied: bool = False  # whether the error is statistically equal to the least error of all trials
 
@@ -64,7 +64,7 @@ class Suitability:
     task: str
     title: str
     measure: str  # the measure by which the recipe is judged; empty if its head names none
-    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with the value of its trait
+    met: tuple[tuple[str, str], ...]  # the conditions that the scan meets, each with `Condition.found`
     unmet: tuple[tuple[str, str], ...]
     trial: Trial | None = None  # the result on a sample of the scan, if the recipe was tried
 
@@ -168,7 +168,7 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 
 
 def traits_asked_for(recipe: Recipe, scan: MeasuredMesh, *, as_shipped: bool) -> tuple[dict[str, float], str | None]:
-    """The traits that a recipe asks for, and a warning if the recipe does not fit the scan or a denoising recipe is better.
+    """The traits that a recipe asks for, all if it does not fit the scan; a warning if so, or if a denoising recipe is better.
 
     A scan without measures gives no warnings. A recipe is compared with denoisers if its head says "after ANOTHER", or if its
     task is "smooth" and it is `as_shipped`: the user has set no value. `RunError`: the recipe is for another kind of data.
