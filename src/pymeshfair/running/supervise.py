@@ -297,7 +297,7 @@ def run_job(
         interrupts.check()
         _check_outputs(job)
         files = [*side_files, *report.maps, output, *further]
-        # The provenance lets a killed run begin again, so it comes first; but last if an output with other bytes is there.
+        # With its provenance in place, a killed run can be repeated; so it comes first, unless an output with other bytes exists.
         if not job.output.exists() or recorded_digest(read_provenance(job.output), job.output) == report.output["sha256"]:
             place([provenance, *files], stage, outdated=[*former_maps])
         else:
