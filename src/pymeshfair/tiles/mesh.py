@@ -328,7 +328,7 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> tuple[int, int]:
-        """Moves vertices at new folds back to a share of their move; returns the numbers of folds before the filter and now."""
+        """Moves vertices at new folds back to a share of their move; counts the folds before the filter and before this task."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))

@@ -115,7 +115,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Not used: the three corners of the seed before and those after subdivision, and two thirds of the other vertices.
+        # Not used: the three corners of the seed, its three corners after subdivision, and two thirds of the other vertices.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1
