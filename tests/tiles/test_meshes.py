@@ -271,6 +271,7 @@ def test_what_is_chosen_but_cannot_be_cut_is_said() -> None:
         ({"choice": "fixed", "neighborhood": "radius"}, "neighborhood 'radius'"),
         ({"choice": "fixed", "vertex_update": "conjugate_gradient"}, "vertex_update 'conjugate_gradient'"),
         ({"choice": "fixed", "outliers": "replace"}, "outliers 'replace'"),
+        ({"neighborhood": "radius"}, "neighborhood 'radius'"),
         ({"choice": "fixed", "selected": True}, "selected vertices"),
     ],
 )

@@ -37,7 +37,7 @@ _PULSE = 0.5  # seconds between two checks of the time limits
 _FULL = 1 << 20  # bytes; a disk with less free space counts as full
 _WARNING = 1  # MeshLab's log level for warnings
 _TAIL_LINES = 60  # how many of the last lines on stderr an error shows
-#: the time limit until the first step, without compilation: seconds + bytes of files / rate; the slowest format needs a tenth
+#: time limit until the first step, without compilation: seconds + bytes of files / rate; the slowest format needs a tenth of it
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
@@ -256,7 +256,7 @@ def run_job(
 
     `on_event` is called with each event, in this thread; an exception that it raises stops the run and is passed on. `workers`
     lends the process that does the work (None starts one); `work` does it in place of one process. `also` makes further staged
-    files from the staged result, which are placed together with the output. After Ctrl-C everything is cleaned up within a
+    files from the staged result; they are placed together with the output. After Ctrl-C everything is cleaned up within a
     second. If a guard is broken, only maps are written, and `GuardBroken` is raised, unless the job has `keep_broken`.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
@@ -297,7 +297,7 @@ def run_job(
         interrupts.check()
         _check_outputs(job)
         files = [*side_files, *report.maps, output, *further]
-        # The provenance lets a killed run begin again, so it comes first; but last if an output with other bytes is there.
+        # With its provenance in place, a killed run can be repeated; so it comes first, unless an output with other bytes exists.
         if not job.output.exists() or recorded_digest(read_provenance(job.output), job.output) == report.output["sha256"]:
             place([provenance, *files], stage, outdated=[*former_maps])
         else:

@@ -43,7 +43,7 @@ def trials(
     starts at the position that its neighbours predict. The error of a script is the root mean square distance of its result
     from the scan along the normals there, see `scores_of`. On a `clean` scan none is held out: all `Scan.scored` ones count.
 
-    Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty without such vertices.
+    Returns the trials by name, without scripts that failed or took more than `timeout` seconds; empty if no vertex is scored.
     """
     scan = Scan.of(vertices, faces)
     scored = np.flatnonzero(scan.scored).astype(np.int32)

@@ -81,7 +81,7 @@ class _Plan(NamedTuple):
     files: Sequence[str]  # the names of the output and its side files
     unrepeatable: Mapping[str, float]  # random filters, each with its tolerance in diagonals
     versions: Sequence[str]  # sentences on versions that have changed
-    notes: Sequence[str]  # sentences on the recipe and on a new name of the output
+    notes: Sequence[str]  # sentences on the recipe, a moved input and a new name of the output
 
 
 def _planned(output: Path, record: Mapping[str, Any], folder: Path, recorded: bool) -> Verification | _Plan:

@@ -1,7 +1,7 @@
 """Reads .mlx scripts, and lists the problems of a script, up to `MOST_PROBLEMS`, before any mesh is opened.
 
-Unknown elements, names, types and values, which MeshLab ignores, are problems; comments and most unknown attributes are not. A
-hostile file costs little: entities and document type subsets are refused at once; size, depth and number of steps have limits.
+Unknown elements, names, types and values are problems, even where MeshLab ignores them; comments and most unknown attributes are
+not. A hostile file costs little: entities and document type subsets are refused at once; size, depth and steps have limits.
 """
 
 import codecs
@@ -310,7 +310,7 @@ def _unknown(name: str, cause: str | None) -> Complaint:
 
 
 def same_but_case(name: str) -> str | None:
-    """The filter's name that equals `name` apart from capital letters, spaces, underscores and hyphens."""
+    """The filter's name that equals `name` apart from capital letters, spaces, underscores and hyphens, or None."""
     plain = plain_name(name)
     return next((f.name for f in all_filters() if plain_name(f.name) == plain), None)
 

@@ -250,7 +250,7 @@ def deletes_result(steps: Sequence[Step]) -> Iterator[int]:
 
 
 def works_on_leftover_selection(steps: Sequence[Step]) -> Iterator[tuple[int, str]]:
-    """The steps that work only on the new faces that an earlier step selected; each with the name of that step's filter."""
+    """The indices of steps that work only on the new faces that an earlier step selected, each with the earlier step's filter."""
     leftover = ""
     for index, step in enumerate(steps):
         name = step.filter.python_name

@@ -1,7 +1,7 @@
 """Divides points into buckets that fit into memory, and buckets into cells; a point's slot is its row in the files of `Cells`.
 
 Buckets are the leaves of a k-d tree. Its pivots are medians of a sample, so that the division follows the density. A bucket with
-too many points is divided again, coincident points by their indices. A cell has 512 points of a bucket that lie close
+too many points is divided again, coincident points by their numbers. A cell has 512 points of a bucket that lie close
 together (more in a huge cloud), and their bounding box; a tile is a range of cells.
 """
 
@@ -242,11 +242,11 @@ def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """The files of the points: the slot of a point is its row in them, its number is its index among the points that are left."""
+    """The files of the points: the slot of a point is its row in them, its number its index among those that no step deleted."""
 
     folder: Path
     count: int  # number of points
-    scale: float  # the power of two of `tree_scale`; coordinates are divided by it to build trees
+    scale: float  # for clouds the power of two of `tree_scale`, for meshes 1; coordinates are divided by it to build trees
 
     points = Stored("<f8", 3)  # coordinates by slot, as in the input
     numbers = Stored("<i8")  # by slot

@@ -113,7 +113,7 @@ class Cloud:
         return count, low, high
 
     def divide(self, count: int, folder: Path, most: int, size: int, grid: float | None = None) -> list[Bucket]:
-        """Divides the remaining points into buckets by coordinates, or by the numbers of their cells in a grid of side `grid`."""
+        """Divides the remaining points into buckets by coordinates, or by the indices of their cells in a grid of side `grid`."""
 
         def slices() -> Iterator[tuple[Floats, Longs]]:
             for points, numbers in self.slices(size):
@@ -161,7 +161,7 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """Does a step with tiles of at most `most` points, or of `tile` bytes; returns cloud, filter's report and sizes."""
+    """Does a step with tiles of at most `most` points, or of `tile` bytes; returns the new cloud, report, and sizes before."""
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:

@@ -122,9 +122,9 @@ class Surface:
 
 
 def _by_part(parts: Longs) -> tuple[Longs, Longs]:
-    """Returns each face once for each of its parts, sorted by part, and these parts; (m, 3) `parts` of corners, -1 for none."""
+    """Returns each face's row once for each of its (m, 3) `parts` (cells or buckets; -1: none), sorted by part, and the parts."""
     parts = np.sort(parts, axis=1)
-    row, column = np.nonzero(np.diff(parts, axis=1, prepend=-1))  # a face is listed once for each part
+    row, column = np.nonzero(np.diff(parts, axis=1, prepend=-1))
     parts = parts[row, column]
     order = np.argsort(parts, kind="stable")
     return row[order], parts[order]
@@ -204,7 +204,7 @@ class MeshTiles:
         return low, high, border, tile.vertices[tile.faces[sampled]]
 
     def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
-        """Finds the vertex of a face farthest from a place; returns its distance times a scale, its number and coordinates."""
+        """Finds a vertex of a face as `Whole.farthest` does; returns scaled distance (-1 without one), number and coordinates."""
         tile = tile_with_rings(self.surface, first, last, 1)
         rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
         if not len(rows):
@@ -328,7 +328,7 @@ class FilteringTiles:
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
     def unfold(self, share: float, first: int, last: int) -> tuple[int, int]:
-        """Moves vertices at new folds back to a share of their move; returns the numbers of folds before the filter and now."""
+        """Moves vertices at new folds back to a share of their move; counts the folds before the filter and before this task."""
         tile = tile_with_rings(self.surface, first, last, denoising.RINGS_OF_UNFOLDING)
         before, after = self.surface.before.gather(tile.slots), tile.vertices
         folded_before, folded_after = (folded_faces(vertices, tile.faces) for vertices in (before, after))

@@ -1,4 +1,4 @@
-"""The k nearest neighbours of each point of a cloud in tiles; the steps that use them: selection of stray points, and normals.
+"""The k nearest neighbours of each point of a cloud in tiles, and two steps that use them: selecting stray points, and normals.
 
 Neighbours are searched in the tile, a range of cells, and in the cells around it. A pass over a tile reads results of the
 previous pass for points around the tile, so all tiles must finish a pass before the next begins.
@@ -356,7 +356,7 @@ class NormalTiles(PointTiles):
         self.directions(0).write(links.begin, normals_of(links.read_all(self.cells.points) / self.cells.scale, links.to))
 
     def smooth(self, iteration: int, first: int, last: int) -> None:
-        """Writes the mean of each normal and its neighbours' normals, which are first flipped to the same side."""
+        """Writes the unit mean of each normal and its neighbours' normals, which are first flipped to the same side."""
         links = Links.of(self, first, last)
         before = links.read_all(self.directions(iteration - 1))
         self.directions(iteration).write(links.begin, smoothed_directions(before, links.to))

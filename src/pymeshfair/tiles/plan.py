@@ -127,10 +127,8 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
 
 def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
     filtering = filtering_of(values)
-    if filtering is None:
-        return None
-    parameters = asdict(filtering.settings) | vars(filtering)
-    bad = next((name for name, refused in _WHOLE.items() if parameters[name] in refused), None)
+    parameters = _set_values(values) if filtering is None else asdict(filtering.settings) | vars(filtering)
+    bad = next((name for name, refused in _WHOLE.items() if parameters.get(name) in refused), None)
     return bad and f"has {bad} {parameters[bad]!r}, which needs the whole mesh"
 
 

@@ -291,7 +291,7 @@ class E57Cloud:
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
-    """Opens the cloud in a file; raises `ContentsError` if it has no point, or cannot be read by slices."""
+    """Opens the cloud in a file; raises `ContentsError` if it has no point or has faces, or cannot be read by slices."""
     kinds: dict[str, type[Source | E57Cloud]] = {"e57": E57Cloud, "ply": PlyFile}
     cloud = kinds.get(extension(path), LasCloud)(path)
     if not len(cloud):

@@ -221,7 +221,7 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
 def custom_attributes(meshset: Any, mesh: Any, likely: Iterable[str] = ()) -> Iterator[tuple[Element, str, Floats]]:
     """Yields the user's custom attributes of the current layer, `mesh`: element, name and values, (n,), or (n, 3) for points.
 
-    MeshLab does not tell the exact names: `likely` ones are tried first.
+    MeshLab does not tell the exact names: `likely` ones are tried first. Attributes whose name is not found are left out.
     """
     for element, _, points, name in _user_attributes(meshset, mesh, likely):
         if name is not None:

@@ -45,8 +45,8 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     seed, triangulated = _seed(bench, mesh, may_seed)
     # MeshLab subdivides no mesh with an edge of more than two faces, so all faces of such a mesh are cut apart.
     _cut_out(bench, "fi+1" if len(non_manifold_edges(old_faces)) else f"fi=={seed}?1:0")
-    index_after_cut = np.arange(mesh.vertex_number())
-    index_after_cut[read_array(mesh, "faces")] = old_faces
+    old_index = np.arange(mesh.vertex_number())
+    old_index[read_array(mesh, "faces")] = old_faces
     bench.apply("compute_selection_by_condition_per_face", condselect=f"fi=={seed}")
     how = {"iterations": _subdivisions(vertices, len(added_faces)), "threshold": pymeshlab.PureValue(0.0)}
     bench.apply("meshing_surface_subdivision_midpoint", **how, selected=True)
@@ -55,10 +55,10 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     faces = read_array(mesh, "faces")
 
     target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
-    target[: len(index_after_cut)] = index_after_cut
+    target[: len(old_index)] = old_index
     target[faces[: len(old_faces)]] = old_faces
     # New vertices come from subdivision: those of the second cut have higher indices, and merging keeps the lowest index.
-    divided = np.setdiff1d(np.arange(len(index_after_cut), first_cut), faces[seed])
+    divided = np.setdiff1d(np.arange(len(old_index), first_cut), faces[seed])
     # At most one vertex of each face is used: a surplus face with two used vertices would not vanish.
     owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
     owner[faces] = np.arange(len(faces))[:, None]
@@ -115,7 +115,7 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         vertices_made = (side + 1) * (side + 2) // 2
-        # Not used: the three corners of the seed before and those after subdivision, and two thirds of the other vertices.
+        # Not used: the three corners of the seed, its three corners after subdivision, and two thirds of the other vertices.
         if vertices_made - 6 >= 3 * vertices and side * side - vertices_made > faces:
             return times
         times += 1

@@ -69,7 +69,7 @@ class _Before:
             restore("texture coordinates", self._put_back_wedges)
         if not lost and self._uv is not None:
             restore("texture coordinates of vertices", write_vertex_uv, self._uv)
-        # Coordinates change normals, so normals come later. Selections come last: helper attributes (`bring_in`) may change them.
+        # Coordinates change normals, so normals come later. Selections come last: restored texture coordinates change them.
         for name in (*(name for name in EDITABLE if not name.endswith("selection")), "vertex_selection", "face_selection"):
             if name in self._values:
                 changes: dict[str, Any] = {name: self._values[name]}
