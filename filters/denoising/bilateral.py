@@ -74,8 +74,7 @@ def bilateral_fleishman(
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without neighbours
-        within reach.
+        (n, 3) float64. Vertices that are unused, not `movable`, on a fixed border or without neighbours in reach keep every bit.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, a scale or number out of range.
@@ -132,8 +131,7 @@ def bilateral_jones(
         progress: called after the mollification and at the end.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without triangles
-        within reach.
+        (n, 3) float64. Vertices that are unused, not `movable`, on a fixed border or without triangles in reach keep every bit.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.

@@ -60,8 +60,7 @@ def normal_filtering(
             iteration has `normal_iterations` passes, and measures the unit of `space_sigma` anew.
 
     Returns:
-        (n, 3) float64, the same for any number of threads. Vertices that do not move keep every bit: unused, not `movable`, or on
-        a fixed border.
+        (n, 3) float64, the same for any number of threads. Vertices unused, not `movable` or on a fixed border keep every bit.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
