@@ -42,9 +42,8 @@ def normal_filtering(
 ) -> Floats:
     """Filters the face normals and fits the vertices to them, `outer_iterations` times.
 
-    Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
-    [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations with one pass
-    each keep features better.
+    Areas, centres and normals are measured anew in each outer iteration. The defaults are those of the authors' code of
+    [zheng2011]: one outer iteration of 20 passes, then 10 vertex steps. Many outer iterations of one pass keep features better.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -207,9 +207,7 @@ def meshlab_taubin_smooth(
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
     Like MeshLab it rounds the factors to single precision. A border vertex with b border edges moves b / (b + 1) times as far as
-    in `taubin_fairing`.
-
-    Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
+    in `taubin_fairing`. Arguments and results are as there, but `step` and `mu` are not checked.
     """
     surface = explicit_surface(vertices, faces, "uniform", "along", None, iterations, whole, steps=2)
     border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)
