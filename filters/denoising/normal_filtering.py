@@ -59,7 +59,7 @@ def normal_filtering(
             iteration has `normal_iterations` passes, and measures the unit of `space_sigma` anew.
 
     Returns:
-        (n, 3) float64, the same for any number of threads. Vertices unused, not `movable` or on a fixed border keep every bit.
+        (n, 3) float64, equal for any thread count. Vertices that are unused, not `movable` or on a fixed border keep every bit.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
