@@ -101,7 +101,10 @@ def check_choice(name: str, value: object, allowed: Any) -> None:
 
 
 def _real(value: object) -> float:
-    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    try:
+        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:  # of a whole number or a fraction
+        return math.inf
 
 
 def _shown(value: object) -> str:

@@ -283,7 +283,7 @@ def _substitute(points: Floats, network: CompressedRows, chains: Chains, shares:
 class Chains(NamedTuple):
     """The free vertices, chain after chain."""
 
-    order: Ints  # (f,) int32; chain c has the vertices ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next
+    order: Ints  # (f,) int32; chain k has the vertices ``order[starts[k]:starts[k + 1]]``, each the neighbour of the next
     starts: Longs  # (c + 1,) int64
     closed: Bools  # (c,) bool, whether the last vertex of a chain is the neighbour of its first
     floating: Bools  # (c,) bool, whether no vertex of a chain has a fixed neighbour

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_positive
+from ..checks import check_choice, check_positive
 from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
 from ..evidence import (
     Choice,
@@ -25,7 +25,7 @@ from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, mask_of, normalised_mesh
 from ..neighbours import nearest_neighbours
-from ..robust import KernelName
+from ..robust import KERNEL_NAMES, KernelName
 from ..topology import OneRings, one_rings
 
 # Settings tried for each degree: numbers of neighbours, multiples of the estimated range sigma, the most iterations.
@@ -76,16 +76,17 @@ def chosen_projection(
     `seed` selects the held-out points, and `progress` is called while settings are tried.
 
     Returns:
-        The choice. Its first trial does nothing. Errors are in spacings of the thinned cloud that is tried, range sigmas in the
-        unit of the points. None if the cloud is clean, most points coincide or too few can be used. The choice does not depend
-        on the number of threads, or on the position, orientation, scale and order of the points.
+        The choice. Its first trial does nothing. Errors are in spacings of the points that are tried, a random part of very
+        noisy clouds; range sigmas are in the unit of the points. None if the cloud is clean, most points coincide or too few can
+        be used. The choice does not depend on the number of threads, or on the position, orientation, scale and order of points.
 
     Raises:
-        FilterInputError: not a cloud of at least 7 points, normals or `movable` that do not fit, no such kernel, a parameter out
-            of range.
+        FilterInputError: not a cloud of at least 7 points; no such kernel; scales, normals or `movable` that do not fit.
     """
     coordinates = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
+    for name, kernel in (("range_kernel", range_kernel), ("space_kernel", space_kernel)):
+        check_choice(name, kernel, KERNEL_NAMES)
     given = (("range_sigma", range_sigma), ("space_sigma", space_sigma))
     sigmas = [sigma if sigma is None else check_positive(name, sigma) for name, sigma in given]
     cloud = normalised_mesh(coordinates, np.empty((0, 3), dtype=np.int32), movable)
@@ -193,7 +194,7 @@ class CloudSample:
 
     @cached_property
     def correlation(self) -> float:
-        """The correlation of prediction errors between neighbours, in the calmest fifth of the points.
+        """The correlation of residuals of neighbours, in the calmest fifth of the points.
 
         It is the sum of s_i s_j over the pairs there, divided by the sum of (s_i^2 + s_j^2) / 2. s is a residual of
         `height_residuals` divided by the local deviation.

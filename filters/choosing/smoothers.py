@@ -42,7 +42,7 @@ def chosen_amount(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        smooth: the smoother.
+        smooth: the smoother; its exceptions are raised.
         amounts: the amounts to try, ascending; 0 (no smoothing) is tried, too.
         movable: (n,) bool, which vertices may move, None for all. Errors at fixed vertices do not count.
         seed: selects the held-out vertices and the noise that `Scan.choose_by_risk` adds.

@@ -53,7 +53,7 @@ class Compiler:
         return process
 
     def compile(self, module: str, name: str, signature: Signature) -> MachineCode:
-        """Compiles the kernel ``module.name`` for these argument types; raises `CompilationError` if numba refuses."""
+        """Compiles the kernel ``module.name`` for these argument types; raises `CompilationError` if this fails."""
         with self._lock:
             try:
                 self._send(self._process, (module, name, signature))
@@ -128,5 +128,5 @@ def main() -> None:
 
 
 COMPILER = Compiler()
-if hasattr(os, "register_at_fork"):  # a forked process must neither read the answers to its parent, nor wait for its threads
+if hasattr(os, "register_at_fork"):  # a forked process must not read answers to its parent or wait for the parent's threads
     os.register_at_fork(after_in_child=lambda: Compiler.__init__(COMPILER))

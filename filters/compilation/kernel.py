@@ -303,7 +303,7 @@ def listed_signatures() -> Signatures:
 
 
 def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, processes: int | None = None) -> list[str]:
-    """Compiles all kernels that are not stored yet, in `processes` (None: `most_threads`); returns messages of failures."""
+    """Compiles all kernels that are not stored yet; `processes` None means `most_threads`. Returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
     compilers = [Compiler() for _ in range(count)]

@@ -64,8 +64,7 @@ def bilateral_fleishman(
         faces: (m, 3) triangles, consistently oriented. A vertex stays if the normals around it cancel out.
         range_kernel: g; kernels whose psi returns to 0 ("tukey", "gaussian", the truncated ones) keep features best.
         space_kernel: f.
-        range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median |h_ij| of adjacent vertices
-            in the input.
+        range_sigma: scale of g in mesh units. Larger flattens larger features. None: from the median |h_ij| of input edges.
         space_sigma: scale of f in mesh units. Larger averages over more; the time grows with its square. None: sqrt(2) mean
             edges, so that the paper's sigma_c is one mean edge.
         iterations: number of steps. More steps smooth and shrink more.
@@ -74,8 +73,7 @@ def bilateral_fleishman(
         progress: called after every step.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without neighbours
-        within reach.
+        (n, 3) float64. Vertices that are unused, not `movable`, on a fixed border or without neighbours in reach keep every bit.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, a scale or number out of range.
@@ -132,8 +130,7 @@ def bilateral_jones(
         progress: called after the mollification and at the end.
 
     Returns:
-        (n, 3) float64. Vertices that do not move keep every bit: unused, not `movable`, on a fixed border, or without triangles
-        within reach.
+        (n, 3) float64. Vertices that are unused, not `movable`, on a fixed border or without triangles in reach keep every bit.
 
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.

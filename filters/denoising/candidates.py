@@ -77,7 +77,7 @@ class Repertoire(NamedTuple):
         outliers: Outliers | None = None,
         **filtering: Any,
     ) -> "Repertoire":
-        """The repertoire with these values: no `chains` with outer_iterations=0; else only 0 in `taubin` with any `filtering`."""
+        """The repertoire with these values: no `chains` if outer_iterations=0; else any `filtering` leaves only 0 in `taubin`."""
         rounds, chains = filtering.pop("outer_iterations", None), dict[AutomaticParameters, set[int]]()
         for parameters, stops in self.chains if rounds != 0 else ():
             chains.setdefault(replace(parameters, **filtering), set()).update(stops if rounds is None else [rounds])

@@ -28,7 +28,7 @@ NOTHING_TO_REMOVE = "no noise was found that can be removed safely: the vertices
 
 
 def parameters_without_mesh(set_values: Mapping[str, Any], choice: Chooser) -> dict[str, Any] | None:
-    """Returns all parameters; None if one of normal filtering has to be chosen for the mesh."""
+    """Returns all parameters; None if a parameter of normal filtering has to be chosen for the mesh."""
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **set_values}
     is_complete = {field.name for field in fields(AutomaticParameters)} <= set_values.keys()

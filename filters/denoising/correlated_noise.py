@@ -216,7 +216,7 @@ def fall_of_growth(scan: Scan) -> float:
     at, scales = _Scales(scan), (1, 2, 4, 8)
 
     def measures(heights: Iterable[Floats]) -> list[Floats]:
-        """By scale: lower quartile q of levels, its squared ratio to the quantile `CALMEST`, kurtosis at levels up to q."""
+        """By scale: lower quartile q of levels, its ratio to the quantile `CALMEST`, kurtosis at levels up to q."""
         rows = []
         for squares in (values**2 for values in heights):
             local = np.maximum(at.local_means(squares, _FAR), 1e-24)  # exact planes have 0

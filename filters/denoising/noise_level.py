@@ -1,7 +1,7 @@
 """Estimates the noise of a mesh of (n, 3) vertices and (m, 3) triangles from the mesh alone, and detects clean meshes.
 
-Noise is independent between neighbouring vertices, the surface is not. In differences of fourth order a surface of moderate
-curvature nearly cancels out and noise remains.
+Noise is independent between neighbouring vertices, the surface is not. In differences of fourth order (residuals) a surface
+of moderate curvature nearly cancels out and noise remains.
 """
 
 from __future__ import annotations

@@ -42,9 +42,8 @@ def normal_filtering(
 ) -> Floats:
     """Filters the face normals and fits the vertices to them, `outer_iterations` times.
 
-    Areas, centres and normals are measured at the start of each outer iteration. The defaults are those of the authors' code of
-    [zheng2011]: one outer iteration of 20 passes over the normals, then 10 vertex steps. Many outer iterations with one pass
-    each keep features better.
+    Areas, centres and normals are measured anew in each outer iteration. The defaults are those of the authors' code of
+    [zheng2011]: one outer iteration of 20 passes, then 10 vertex steps. Many outer iterations of one pass keep features better.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -60,8 +59,7 @@ def normal_filtering(
             iteration has `normal_iterations` passes, and measures the unit of `space_sigma` anew.
 
     Returns:
-        (n, 3) float64, the same for any number of threads. Vertices that do not move keep every bit: unused, not `movable`, or on
-        a fixed border.
+        (n, 3) float64, equal for any thread count. Vertices that are unused, not `movable` or on a fixed border keep every bit.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.

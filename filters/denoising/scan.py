@@ -118,7 +118,7 @@ class Scan:
         """The standard deviation of the noise along the normals, in mean edges, as recipes use it.
 
         It is the smaller of two estimates: `estimate_noise`, which takes fine details such as fur for noise, and 1.3 times the
-        `noise_floor`, which suits noise that is equally strong everywhere. A mesh that consists of exact planes has 0.
+        `noise_floor`, which suits noise of equal strength everywhere and needs `scored` vertices. A mesh of exact planes has 0.
         """
         if not len(self.faces) or is_designed(self.points, self.faces):
             return 0.0
@@ -179,10 +179,10 @@ class Scan:
         """Chooses the filter that best predicts held-out vertices [batson2019]; None if no vertex can be held out.
 
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
-        fits the surface. Held-out vertices start at `initial_positions`: on fitted quadrics or at means of neighbours.
-        With `by_means` they start at means, which favours settings that move only outliers. A result f deviates
-        from a vertex y by n . (y - f). This hardly shows flipped faces, so the share of these faces counts, too, see `scores_of`.
-        `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
+        fits the surface. Held-out vertices start at `initial_positions`: on fitted quadrics or at means of neighbours. With
+        `by_means` they start at means, which favours settings that move only outliers. A result f deviates from a vertex y by
+        n . (y - f). This hardly shows flipped faces, so the share of these faces counts, too, see `scores_of`. `labels` and
+        `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: they share hardly any noise with
         vertices outside. `denoised` filters the other vertices, and balls start on the smoothest surface through them.

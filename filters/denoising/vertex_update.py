@@ -38,8 +38,8 @@ def fit_vertices(
 ) -> Floats:
     """Returns (n, 3) the vertices after `iterations` steps towards faces with the given target normals.
 
-    "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j n_j (n_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with
-    target normals n_j and centres c_j; w_j is 1 or the area of j. A step that turns a face away from its target normal is halved
+    "sun" and "ohtake" move all p_i at once to p_i + sum_j w_j m_j (m_j . (c_j - p_i)) / sum_j w_j, over the faces j at i with
+    target normals m_j and centres c_j; w_j is 1 or the area of j. A step that turns a face away from its target normal is halved
     up to three times, then left out, except by "conjugate_gradient". Vertices that are `along_normal`, as on borders, move along
     the mean target normal only. `overwrite` is an (m, 6) or wider array, whose memory is reused.
     """
@@ -58,7 +58,7 @@ def fit_vertices(
 
 
 def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
-    """Returns E = sum over the faces of A |n - m|^2 for the target normals m, in squared units of length."""
+    """Returns E = sum over the faces of A |n - m|^2, with normals n and target normals m, in squared units of length."""
     terms = np.empty(len(faces))
     with threads_for(len(faces)):
         _energies(vertices, faces, normals, terms)

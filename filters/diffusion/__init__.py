@@ -1,4 +1,4 @@
-"""Smoothing by diffusion: explicit steps, Taubin's pairs of steps, implicit steps, diffusion of values."""
+"""Smoothing by diffusion: explicit, Taubin and implicit steps; diffusion and continuation of values; the loss of relief."""
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import (

@@ -41,8 +41,7 @@ def perona_malik(
 
     g(x) is 1 / (1 + x^2 / c^2) ("lorentzian") or exp(-x^2 / c^2) ("gaussian") as in [perona1990], c the contrast. Other
     M-estimators stop diffusion entirely above c ("tukey", "truncated_l2") or 4 c ("hampel"), partly ("huber"), or not ("l2"). For
-    vectors such as colours |I_p - I_s| is the norm, so that all channels stop at the same edges. Distances between vertices do
-    not matter.
+    vectors such as colours |I_p - I_s| is the norm: all channels stop at the same edges. Distances of vertices do not matter.
 
     The sum over all vertices stays the same if all may change. No value leaves the range of the input.
 

@@ -39,7 +39,7 @@ def explicit_smoothing(
 ) -> Floats:
     """Repeats p_i <- p_i + step (L p)_i for all vertices at once [taubin1995, desbrun1999].
 
-    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink; by `taubin_fairing` they do not.
+    Each step multiplies the mode of eigenvalue -k of L by 1 - step k. Closed surfaces shrink, unlike with `taubin_fairing`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -65,7 +65,7 @@ def explicit_smoothing(
         Deterministic, for any number of threads.
 
     Raises:
-        FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
+        FilterInputError: not a mesh, no faces (except for "robust"), too few points in a cloud, a parameter out of range.
         UnstableStepError: at the start or after some shrinking, the step exceeds the largest stable step, which the error names.
     """
     normalised = operator in get_args(TaubinOperator)
@@ -173,7 +173,7 @@ def taubin_fairing(
         Deterministic, for any number of threads.
 
     Raises:
-        FilterInputError: not a mesh, or a parameter out of range.
+        FilterInputError: not a mesh, vertices without any face, or a parameter out of range.
         UnstableStepError: (1 - step k)(1 - mu k) is below -1 for k = 2 (k = 3/2 with "uniform" on a whole mesh whose edges all
             have two faces), so the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
@@ -207,9 +207,7 @@ def meshlab_taubin_smooth(
     """Reproduces MeshLab's Taubin Smooth up to rounding, on meshes without edges of more than two faces [taubin1995].
 
     Like MeshLab it rounds the factors to single precision. A border vertex with b border edges moves b / (b + 1) times as far as
-    in `taubin_fairing`.
-
-    Arguments and results are as in `taubin_fairing`, but `step` and `mu` are not checked.
+    in `taubin_fairing`. Arguments and results are as there, but `step` and `mu` are not checked.
     """
     surface = explicit_surface(vertices, faces, "uniform", "along", None, iterations, whole, steps=2)
     border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)

@@ -33,6 +33,7 @@ def harmonic_values(faces: ArrayLike, values: ArrayLike, fixed: ArrayLike, *, or
 
     Raises:
         FilterInputError: the arrays do not fit, `faces` are not (m, 3) vertex numbers, or another order.
+        ConvergenceError: with order 2, rounding errors are too large, as on a strip of 50,000 edges with one fixed vertex.
     """
     if order not in (1, 2):
         raise FilterInputError(f"order is {order!r}: it must be 1 or 2")

@@ -37,7 +37,7 @@ _SOLVES = _TIMES * _PASSES
 
 
 def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
-    """Returns the time step t with which `iterations` implicit steps halve waves of length `detail_size`.
+    """Returns the time step t, in squared mesh units, with which implicit steps together halve waves of length `detail_size`.
 
     A wave of length l has the frequency omega = 2 pi / l. Each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
     t = (2^(1 / iterations) - 1) (l / 2 pi)^2. With `keep_dimensions` the factor is 1 - (1 - s) (1 - s^2)^2, and t is longer.
@@ -48,8 +48,8 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
         iterations: number of steps. More steps cut off more sharply.
         keep_dimensions: as for `implicit_fairing`.
 
-    Returns:
-        t, in squared mesh units.
+    Raises:
+        FilterInputError: a parameter out of range.
     """
     check_positive("detail_size", detail_size)
     if not 1e-150 < detail_size < 1e150:
@@ -268,7 +268,7 @@ class BackwardEulerStep:
         moved -= self._floating.means(moved, self._mass)
         # Diffusion moves no point out of the bounding box, except a little where weights are negative.
         if not np.abs(moved).max() <= 2.0 * extent:
-            raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
+            raise ConvergenceError("the solution leaves the bounding box: the matrix is not positive definite to rounding")
         if isinstance(self._free, slice):
             return moved
         displacement = np.zeros_like(start) if prescribed is None else prescribed.copy()
@@ -290,7 +290,7 @@ def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 class _Floating(NamedTuple):
-    """The components without fixed vertices."""
+    """The components of the free vertices; those without fixed vertices float."""
 
     component: Longs  # (f,) the component of every free vertex, from 0
     weight: Floats  # one over the mass of each component, 0 for those with a fixed vertex
@@ -321,9 +321,9 @@ class Volumes(NamedTuple):
 
 
 def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Bools | None) -> Volumes:
-    """Measures the volumes of the components that have no boundary and only movable vertices.
+    """Measures the volumes of the closed components that have only movable vertices.
 
-    A component has no boundary if its faces run through every edge equally often in both directions; edges may be non-manifold.
+    A component is closed if its faces run through every edge equally often in both directions; edges may be non-manifold.
     """
     proper = faces[proper_faces(faces)]
     n, count = len(points), int(components.max(initial=-1)) + 1

@@ -1,6 +1,6 @@
 """Explicit steps of an operator on a mesh: the choice of vertices that move, the kernels, and a bound of the spectrum.
 
-Each kernel writes out_i = p_i + step (L p)_i where `moves` is not 0. MeshLab's rule has no step.
+Each kernel writes out_i = p_i + step (L p)_i for the vertices that it moves. MeshLab's rule has no step.
 """
 
 from __future__ import annotations

@@ -158,7 +158,9 @@ def test_clouds_that_are_no_clouds() -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
-def test_a_scale_out_of_range_is_named_as_it_was_given(noise: float) -> None:
+def test_a_bad_scale_or_kernel_is_named_as_it_was_given(noise: float) -> None:
     """The error has the caller's value, not the value in spacings, and clean clouds raise it too."""
+    with pytest.raises(FilterInputError, match="space_kernel 'cosine' is not one of 'l2'"):
+        chosen_projection(cloud("ball", noise), space_kernel="cosine")  # type: ignore[arg-type]
     with pytest.raises(FilterInputError, match=r"range_sigma is -1\.0: it must be finite and above 0"):
         chosen_projection(cloud("ball", noise), range_sigma=-1.0)

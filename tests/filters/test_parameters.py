@@ -68,6 +68,7 @@ def test_an_upper_bound_is_named_and_allowed() -> None:
     ("value", "bounds", "message"),
     [
         (math.nan, {}, "gain is nan: it must be finite"),
+        pytest.param(10**400, {}, f"gain is 1{79 * '0'}: it must be finite", id="above floats"),
         (-0.5, {"least": 0.0}, "gain is -0.5: it must be finite and at least 0"),
         (math.inf, {"least": 0.0}, "gain is inf: it must be finite and at least 0"),
         (181.0, {"least": 0.0, "most": 180.0}, "gain is 181.0: it must be from 0 to 180"),
