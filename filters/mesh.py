@@ -119,7 +119,7 @@ def check_points(
     return points
 
 
-def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
+def mask_of(indices: NDArray[np.integer], count: int) -> Bools:
     """(count,) which numbers from 0 to count - 1 are among the indices, an array of any shape."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[indices] = True

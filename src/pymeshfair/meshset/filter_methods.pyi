@@ -1087,9 +1087,9 @@ class FilterMethods(metaclass=LateMethods):
         is sure, the trials, the drift (mean displacement in mean edges), and how many faces are folded, before and after.
 
         Args:
-            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
+            method: How a neighbouring face is weighted. 'mean': by its area, which rounds edges. 'unilateral': also by the
+                deviation of its normal. 'bilateral': also by its distance. 'averaged': the same with the deviation of averaged
+                normals, for strong noise; 'guided': with that of the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
                 reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1580,9 +1580,9 @@ class FilterMethods(metaclass=LateMethods):
         normal iterations is the total over all its rounds. Returns the parameters in use, and the noise and trials of a choice.
 
         Args:
-            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
+            method: How a neighbouring face is weighted. 'mean': by its area, which rounds edges. 'unilateral': also by the
+                deviation of its normal. 'bilateral': also by its distance. 'averaged': the same with the deviation of averaged
+                normals, for strong noise; 'guided': with that of the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
                 reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
