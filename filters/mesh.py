@@ -67,8 +67,8 @@ FITS_IN_CACHE = 200_000
 def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
     """Returns the mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous; such arrays are not copied.
 
-    Raises `FilterInputError` for a wrong shape or type, a coordinate that is not finite and an index that names no vertex; the
-    message gives the first wrong element and the number of wrong ones.
+    Raises `FilterInputError` for a wrong shape or type, too many vertices, a coordinate that is not finite, and an index that
+    names no vertex. In the last two cases the message gives the first wrong row and the number of wrong rows.
     """
     points = check_points(vertices)
     return points, _checked_cells("face", "(m, 3)", 3, faces, len(points), "; triangulate polygons first")
@@ -119,7 +119,7 @@ def check_points(
     return points
 
 
-def mask_of(indices: NDArray[np.integer] | Bools, count: int) -> Bools:
+def mask_of(indices: NDArray[np.integer], count: int) -> Bools:
     """(count,) which numbers from 0 to count - 1 are among the indices, an array of any shape."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[indices] = True
@@ -158,7 +158,7 @@ class Whole:
         return unit_scale(self.low, self.high)
 
     def place_if_far(self, corners: Floats) -> Floats | None:
-        """Returns the median place if a vertex is so far away that a quarter of the edges lose more than half of their digits.
+        """Returns the corners' median if a vertex is so far away that over a quarter of the edges lose over half of their digits.
 
         `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e at a vertex v has e / (u |v|)
         rounding units, and e / (u |p|) if v is centred to p. If e |v| < u |p|^2, the second is below the root of the first.
@@ -178,14 +178,14 @@ class Whole:
         )
 
     def farthest(self, vertices: Floats, place: Floats) -> tuple[float, int]:
-        """Returns the largest absolute coordinate of the vectors from a place to the vertices, times `scale`, and its vertex."""
+        """Returns the largest absolute coordinate of the vectors from a place to the vertices, times `scale`, and that vertex."""
         away = np.abs(vertices * self.scale - place * self.scale).max(axis=1)
         return float(away.max()), int(away.argmax())
 
 
 @dataclass(frozen=True, eq=False)
 class NormalisedMesh:
-    """The vertices that a face or an edge uses (all of a point cloud), centred at the origin, of ordinary size, in any order.
+    """The vertices that a face or an edge uses (in a point cloud: all), centred at the origin, of ordinary size, in any order.
 
     Point k is ``(vertices[order[k]] - middle) * scale``. Unused vertices have no point: wherever they lie, they change no bit of
     the result. Squares and fourth powers of the points' distances do not overflow, and sums over a mesh far from the origin lose

@@ -73,7 +73,7 @@ class Laplacian:
     Attributes:
         stiffness: C, (n, n) scipy.sparse.csr_matrix float64, symmetric, negative semidefinite, with
             C_ij = w_ij for an edge and C_ii = -sum_j w_ij, so that every row sums to 0. Indices are sorted. The
-            diagonal is stored; only "robust" leaves it out at vertices without a face.
+            diagonal is stored; only "robust" leaves it out, in rows without other entries.
         mass: the diagonal of M, (n,) float64, not negative; 0 at a vertex without neighbours.
     """
 
@@ -95,7 +95,7 @@ class Laplacian:
         return product * (self.inverse_mass if values.ndim == 1 else self.inverse_mass[:, None])
 
     def spectral_bound(self) -> float:
-        """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii."""
+        """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i sum_j |C_ij| / M_ii, j = i included."""
         sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
         return float((sums * self.inverse_mass).max(initial=0.0))
 
@@ -332,8 +332,8 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its summed squared edges; the order of corners changes no bit.
 
-    In another order the area of a thin triangle would differ by rounding errors as large as itself. The stiffness is
-    semidefinite only if all three cotangents are computed with the same area.
+    So the corners are sorted: else the areas of a thin triangle as seen from its corners would differ by rounding errors as large
+    as themselves. The stiffness is semidefinite only if all three cotangents are computed with the same area.
     """
     i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba mixes an unsigned and a signed integer as floats
     low, middle = (i, j) if i < j else (j, i)

@@ -83,7 +83,7 @@ def _solve(matrix: Floats, size: int, solution: Floats) -> bool:
 @compiled(nogil=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
     """Returns two unit vectors, perpendicular to each other and to a unit normal; zeros for the normal 0."""
-    # The first tangent is also perpendicular to the coordinate axis with the largest angle to the normal.
+    # The first tangent has the component 0 where the normal has its smallest absolute component.
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         ax, ay, az = 0.0, z, -y
     elif abs(y) <= abs(z):

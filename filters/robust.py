@@ -28,7 +28,6 @@ __all__ = [
     "weight",
 ]
 
-
 KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"]
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
 #: The code of each kernel in compiled functions.
@@ -172,7 +171,7 @@ def weigh(
 ) -> None:
     """Multiplies the first `count` weights by g(max(|x|, floor)) exp(-d c).
 
-    g is the kernel of `code` with the scale `sigma`; `squares` are x^2, `distances` squared distances d, `per_distance` c >= 0.
+    g is `kernel_weight` for `code` and `sigma`; `squares` are x^2, `distances` squared distances d, `per_distance` c >= 0.
     """
     if code == L2:
         _by_l2(weights, sigma, squares, floor, distances, per_distance, count)

@@ -31,9 +31,9 @@ class NormalFilterParameters:
     """The parameters of the filter of face normals, see `NormalFilter`; automatic parameters are chosen for the mesh.
 
     Attributes:
-        method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral': by
-            the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-            normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
+        method: How a neighbouring face is weighted. 'mean': by its area, which rounds edges. 'unilateral': also by the deviation
+            of its normal. 'bilateral': also by its distance. 'averaged': the same with the deviation of averaged normals, for
+            strong noise; 'guided': with that of the normals of the most even patches, for sharp edges.
         range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel' reach 0
             and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
         space_kernel: How weight falls with distance; 'constant': not at all.
@@ -41,8 +41,8 @@ class NormalFilterParameters:
             in radians; 'squared', the square of that length.
         range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30 degrees,
             41 if squared. Larger smooths more, and across sharper edges.
-        range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals that
-            agree by chance. Larger smooths more.
+        range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from giving nearly all weight
+            to normals that agree by chance. Larger smooths more.
         space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles. Larger
             smooths larger details.
         neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the mean
@@ -91,8 +91,8 @@ def apply_coord_normal_filtering(
 
     Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
     their values. If all parameters of the normal filter and the vertex update are given, 'auto' means 'keep' for outliers and
-    rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, the trials, the drift (the
-    mean displacement in mean edges), and how many faces look away from the faces around them, before and after.
+    rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, whether the choice is sure,
+    the trials, the drift (mean displacement in mean edges), and how many faces are folded, before and after.
 
     Args:
         vertex_iterations: The number of steps of the vertices towards the filtered normals. More steps fit them more closely.
@@ -108,7 +108,8 @@ def apply_coord_normal_filtering(
             faces over, but round the edges, which the filter sharpens again.
         relaxation_direction: The direction of Taubin steps: 'all', or only along the 'normal', so that no vertex slides.
         compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out vertices,
-            each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value replaces an 'auto'.
+            each with its best amount, if the noise is independent. The filtered mesh is the same. No effect with 'fixed', or if a
+            value replaces an 'auto'.
         border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, in Taubin steps also along
             the surface but no further than others, so that the outline stays; 'free' move like any other vertex.
     """
@@ -161,8 +162,8 @@ def apply_normal_robust_filtering_per_face(
 ) -> Edit:
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-    This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of normal
-    iterations is the total over all rounds of Normal Filtering. Returns the parameters in use.
+    This is the first half of Normal Filtering, for shading and filters that read face normals. The automatic number of normal
+    iterations is the total over all its rounds. Returns the parameters in use, and the noise and trials of a choice.
 
     Args:
         selected: Only the selected faces get a new normal; the other faces keep their normals, and still count as neighbours.
@@ -301,7 +302,7 @@ def apply_coord_bilateral_projection_of_points(
     """Removes noise from a point cloud: every point moves along its normal to a height fitted to neighbours at similar heights.
 
     Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations a cloud
-    without noise stays as it is, and the choice and the trials are returned, with errors in mean distances between points.
+    without noise stays as it is, and the choice and the trials are returned; errors are in median distances of near points.
 
     Args:
         neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges.

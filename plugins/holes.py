@@ -50,8 +50,8 @@ def meshing_close_holes_by_fairing(
             (a flat disc has 2 pi); and, unless selected, most that span more than a third of the area of their sheet.
         energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
             'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
-            follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles may
-            need a lower energy (earlier in this list, or 'none'); notes say so.
+            follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles and
+            spikes may need a lower energy (earlier in this list, or 'none'); notes say so.
         refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices, and
             nothing is faired.
         rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges there.

@@ -57,7 +57,7 @@ class KdTree(NamedTuple):
 
 
 def tree_scale(largest: float) -> float:
-    """Returns the power of two (2^-1000 to 2^1000) above the largest coordinate, by which a tree divides the coordinates."""
+    """Returns the power of two (2^-1000 to 2^1000) above the largest absolute coordinate: a tree divides coordinates by it."""
     exponent = np.frexp(largest)[1]
     return float(2.0 ** min(max(int(exponent), -1000), 1000))
 

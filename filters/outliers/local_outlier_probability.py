@@ -20,7 +20,7 @@ SPREAD_BLOCK = 1 << 16
 _ROUNDING = 32 * np.finfo(np.float64).eps
 #: Differences above this share of the mean distance are no rounding errors, even below `_ROUNDING`: distances can be tiny.
 _ALIKE = 1e-6
-#: The smallest exponent of a float64.
+#: The smallest float64 above 0 is 2 to this power.
 _LOWEST = -1074
 
 

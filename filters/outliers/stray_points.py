@@ -65,8 +65,8 @@ def stray_points(
     1. The spacing of a point is the root mean square distance to its k nearest neighbours. Its thickness is the least variance
        of the point and its neighbours along three principal axes, over the sum of the three; it is large where points fill space.
        Mutual neighbours are linked. A point off a surface has few links: surface points have nearer neighbours.
-    2. Points are kept if their spacing is at most `sparseness` times the median of positive ones. With k / 4 links or more, twice
-       this spacing or a thickness of at most 0.06 is enough. Then, twice, all points with k / 4 links to kept points are kept.
+    2. Points are kept if their spacing is at most `sparseness` times the median of positive spacings. With k / 4 links or more,
+       twice this limit or a thickness of at most 0.06 is enough. Then, twice, points with k / 4 links to kept points are kept.
     3. Kept points that are linked form a part. A part of fewer than `smallest_part` points is stray after all. A part that fills
        space, with a mean thickness above 0.14, is stray if it has fewer than three times `smallest_part` points.
 

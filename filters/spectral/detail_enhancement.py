@@ -15,6 +15,7 @@ from ..operators import SurfaceOperatorName
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import Response, cutoff_frequency, low_pass, spectral_problem
+from .spectral_filter import BAND
 from .spectrum import spectrum
 
 # The thickness is searched up to the longest wavelength, and farther only until the bound b of step 4 in `enhance_details` is
@@ -24,8 +25,6 @@ _BOUND = 4.0
 _LEAST = 1e-3
 # The tolerance of the low passes, small because their results are subtracted from each other.
 _TOLERANCE = 1e-12
-#: The default ratio of the longest to the shortest wavelength: two octaves.
-OCTAVES = 4.0
 #: The shortest wavelength of relief, in mean edges: shorter waves have too few vertices.
 SHORTEST = 5.0
 #: A band of the spectrum counts as signal if its energy is at least this many times the noise energy.
@@ -90,6 +89,7 @@ def enhance_details(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, a point cloud.
+        ConvergenceError: the linear systems of a low pass cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
     factor = check_finite("gain", gain, least=0.0) - 1.0
@@ -148,7 +148,7 @@ def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float |
         shortest = shortest_relief(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells))
     else:
         shortest = detail_size * mesh.scale
-    longest = OCTAVES * shortest if largest_size is None else largest_size * mesh.scale
+    longest = BAND * shortest if largest_size is None else largest_size * mesh.scale
     if not longest > shortest:
         raise FilterInputError(
             f"largest_size {largest_size} is not above detail_size {shortest / mesh.scale:.6g}: no wave is in between"
@@ -177,8 +177,8 @@ def shortest_relief(vertices: Floats, faces: Ints, mean_edge: float) -> float:
 
     Noise that is independent at each vertex has the same energy in every mode. So its energy in a band of a third of an octave
     grows with the square of the frequency. The noise level is measured at wavelengths of 2.5 to 4 mean edges, which hold little
-    besides noise. The result is a third of an octave longer than the shortest band with at least `SIGNAL` times the noise energy,
-    and at least `SHORTEST` mean edges. At least one triangle must have an area.
+    besides noise. The result is a third of an octave above the shortest wavelength with at least `SIGNAL` times the noise energy
+    in its band, and at least `SHORTEST` mean edges. At least one triangle must have an area.
     """
     # In mean edges, since the bands of a spectrum are at the same frequencies for every mesh.
     measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)

@@ -30,7 +30,7 @@ _AT_ONCE = 200
 _SLICED_SHARE = 2
 #: The largest residual that is accepted as rounding, and the largest accepted deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
-#: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow bands more factors.
+#: Modes per band, below `_LARGE` rows and from there on. Wide bands need more orthogonalisation, narrow ones more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes that are computed beyond the last requested one. The last shift goes into the widest gap between them.
 _GUARD = 6

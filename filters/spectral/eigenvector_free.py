@@ -3,8 +3,8 @@
 M is the mass matrix, S the Dirichlet matrix, and b bounds all eigenvalues kappa of M^-1 S. A Chebyshev series p approximates the
 response F(sqrt kappa) on [0, b]. The recurrence T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t) evaluates p(M^-1 S) v = M^-1/2 p(D) M^1/2 v.
 D = M^-1/2 S M^-1/2 is symmetric, so the error of p bounds that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M. The
-degree for the default low pass and an error of 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength in edges and
-with thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but each term takes a linear solve.
+degree for the default low pass (cutoff omega_c) and error 1e-6 is 8.7 sqrt(b) / omega_c: it grows with the cutoff wavelength
+in edges and with thinner triangles. The degree of a series in 1 / (kappa + sigma) does not depend on b, but a term takes a solve.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def rational_filter(
 ) -> tuple[Floats, float]:
     """Applies the series of `rational_series` to (n, k) values.
 
-    The result has the error e_k of the k-th solve multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall with k,
+    The result has the error e_k of solve k, from 0, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall with k,
     so the first solves must be the most exact.
 
     The M-norm of the error of all solves together should be at most `_SHARE_OF_SOLVES` x tolerance x |v|_M. Returns the filtered
@@ -205,7 +205,7 @@ class _System:
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
-        """Returns R v for the values v, and the M-norm of the error of R v, which should be at most `allowed`."""
+        """Returns R v for the values v, and an estimate of the M-norm of its error, which should be at most `allowed`."""
         right = (self._pole * self._mass)[:, None] * values
         if self._factors is not None:
             x = self._factors.solve(right)

@@ -107,7 +107,7 @@ def spectral_filter(
         The coordinates and how they were computed. Vertices that are not `movable` or have no mass keep every bit.
 
     Raises:
-        FilterInputError: not a mesh, a parameter out of range, a point cloud.
+        FilterInputError: not a mesh, a point cloud, a parameter out of range, both or neither of `detail_size` and `modes`.
         ConvergenceError: modes or solutions of linear systems cannot be computed.
     """
     points, triangles = check_mesh(vertices, faces)

@@ -19,7 +19,7 @@ from .problem import SpectralProblem, about_centroids, check_size, spectral_prob
 BANDS = 3  # per octave
 #: Waves shorter than this share of the mean edge go into the last band: only slivers have such modes.
 SHORTEST = 0.5
-_SHARE_OF_MODES = 0.6
+_SHARE_OF_MODES = 0.6  # of the progress
 #: The largest total mass that is added at slivers, as a share of the area.
 _ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600  # the bounds of the automatic number of Lanczos steps
@@ -66,10 +66,10 @@ def spectrum(
 ) -> Spectrum:
     """Measures the energy of a shape against frequency: the lowest modes one by one, all others by a quadrature.
 
-    With stiffness S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts in the
-    computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa = omega^2
-    [golub1969]. Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, and these modes would
-    take many more steps. So the vertices of these triangles get additional mass, in all at most a ten-thousandth of the area.
+    With the Dirichlet matrix S and masses M, a Lanczos process of M^-1/2 S M^-1/2 starts with the coordinates minus their parts
+    in the computed modes. Its tridiagonal matrix gives the nodes and weights of Gauss quadrature for the energy against kappa =
+    omega^2 [golub1969]. Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, and these
+    modes would take many more steps. So the vertices of these triangles get additional mass, in all up to 0.01 % of the area.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -569,7 +569,7 @@ class FilterMethods(metaclass=LateMethods):
         heights.
 
         Triangles are ignored. The normals do not change: compute them again afterwards. With automatic iterations a cloud
-        without noise stays as it is, and the choice and the trials are returned, with errors in mean distances between points.
+        without noise stays as it is, and the choice and the trials are returned; errors are in median distances of near points.
 
         Args:
             neighbors: The number of nearest points that count. More points smooth more, take longer, and round off edges. Takes
@@ -1083,13 +1083,13 @@ class FilterMethods(metaclass=LateMethods):
 
         Without parameters it tries many settings, and takes one of those with the least estimated error; given parameters keep
         their values. If all parameters of the normal filter and the vertex update are given, 'auto' means 'keep' for outliers
-        and rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, the trials, the
-        drift (the mean displacement in mean edges), and how many faces look away from the faces around them, before and after.
+        and rounding, and 0 for relaxation. Returns the parameters in use, the kind and level of the noise, whether the choice
+        is sure, the trials, the drift (mean displacement in mean edges), and how many faces are folded, before and after.
 
         Args:
-            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
+            method: How a neighbouring face is weighted. 'mean': by its area, which rounds edges. 'unilateral': also by the
+                deviation of its normal. 'bilateral': also by its distance. 'averaged': the same with the deviation of averaged
+                normals, for strong noise; 'guided': with that of the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
                 reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1097,8 +1097,8 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30
                 degrees, 41 if squared. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
-                that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
+            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from giving nearly all
+                weight to normals that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
@@ -1125,8 +1125,8 @@ class FilterMethods(metaclass=LateMethods):
                 large mesh, and takes one of the settings with the least estimated error. 'fixed': takes all-round values
                 without trials.
             compare: Also report the prediction errors of Taubin, implicit, bi-Laplacian and spectral smoothing at held-out
-                vertices, each with its best amount. The filtered mesh is the same. No effect with 'fixed', or if a value
-                replaces an 'auto'.
+                vertices, each with its best amount, if the noise is independent. The filtered mesh is the same. No effect with
+                'fixed', or if a value replaces an 'auto'.
             border: How vertices on open borders move: 'fixed' stay; 'along' move along the normal, in Taubin steps also along
                 the surface but no further than others, so that the outline stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; other vertices stay, and still count as neighbours. If no vertex is
@@ -1576,13 +1576,13 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
-        This is the first half of Normal Filtering, for shading and for filters that read face normals; the automatic number of
-        normal iterations is the total over all rounds of Normal Filtering. Returns the parameters in use.
+        This is the first half of Normal Filtering, for shading and filters that read face normals. The automatic number of
+        normal iterations is the total over all its rounds. Returns the parameters in use, and the noise and trials of a choice.
 
         Args:
-            method: How a neighbouring face is weighted, besides by its area. 'mean': equally, which rounds edges. 'unilateral':
-                by the deviation of its normal. 'bilateral': also by its distance. 'averaged' measures the deviation on averaged
-                normals, for strong noise; 'guided' on the normals of the most even patches, for sharp edges.
+            method: How a neighbouring face is weighted. 'mean': by its area, which rounds edges. 'unilateral': also by the
+                deviation of its normal. 'bilateral': also by its distance. 'averaged': the same with the deviation of averaged
+                normals, for strong noise; 'guided': with that of the normals of the most even patches, for sharp edges.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2', 'tukey' and 'hampel'
                 reach 0 and keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant': not at all.
@@ -1590,8 +1590,8 @@ class FilterMethods(metaclass=LateMethods):
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in units of range_measure; 0.5 is about 30
                 degrees, 41 if squared. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
-            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from locking normals
-                that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
+            range_floor: Smaller deviations are raised to this value; 0.03 keeps 'l1' and 'truncated_l1' from giving nearly all
+                weight to normals that agree by chance. Larger smooths more. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances between centres of adjacent triangles.
                 Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: The faces to average: across the edges, at the vertices, in two or three rings, or within twice the
@@ -5824,7 +5824,7 @@ class FilterMethods(metaclass=LateMethods):
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes at the rim; 'minimum_variation' continues the curvatures too, and
                 follows noise there; 'none' leaves them on the flat triangles that first close the hole. Degenerate triangles
-                may need a lower energy (earlier in this list, or 'none'); notes say so.
+                and spikes may need a lower energy (earlier in this list, or 'none'); notes say so.
             refine: Split the new faces until they are as dense as those around the hole. Otherwise there are no new vertices,
                 and nothing is faired.
             rounds: How often the new faces are refined and faired. More rounds let a filling bulge further if the mesh bulges
