@@ -95,8 +95,7 @@ def chosen_projection(
         return None
     sample, origin, spacing, reduction = sampled
     local = sample.points
-    moves = None if cloud.movable is None else cloud.movable[origin]
-    axes = None if directions is None else directions[origin]
+    moves, axes = (None if each is None else each[origin] for each in (cloud.movable, directions))
     held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None

@@ -105,9 +105,8 @@ def compare_smoothers(
 
     Arguments and exceptions are those of `chosen_amount`. `setting` is the setting of normal filtering; None chooses it.
 
-    Returns:
-        The choice. Its trials: no smoothing; each family with its best amount, unless its equations cannot be solved or all its
-        amounts are dropped; normal filtering, unless it does nothing. None if the scan is clean or no vertex can be held out.
+    Returns the choice. Its trials: no smoothing; each family with its best amount, unless its equations cannot be solved or all
+    its amounts are dropped; normal filtering, unless it does nothing. None if the scan is clean or no vertex can be held out.
     """
     report = rising(progress)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed)

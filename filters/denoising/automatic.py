@@ -114,8 +114,7 @@ def denoise_automatically(
 ) -> tuple[Floats, AutomaticChoice]:
     """Denoises a mesh with the setting of `automatic_choice`; see there for the arguments and errors.
 
-    Returns:
-        (n, 3) float64 the vertices, and the choice. Clean meshes keep every bit.
+    Returns (n, 3) float64 the vertices, and the choice. Clean meshes keep every bit.
     """
     choice = automatic_choice(vertices, faces, border=border, movable=movable, progress=part_of(progress, 0.0, 0.8))
     points, triangles = check_mesh(vertices, faces)
