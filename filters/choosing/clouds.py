@@ -95,7 +95,8 @@ def chosen_projection(
         return None
     sample, origin, spacing, reduction = sampled
     local = sample.points
-    moves, axes = (None if each is None else each[origin] for each in (cloud.movable, directions))
+    moves = None if cloud.movable is None else cloud.movable[origin]
+    axes = None if directions is None else directions[origin]
     held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None
