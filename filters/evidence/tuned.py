@@ -50,9 +50,9 @@ STANDS_OUT = 3.0
 FACING = 0.4
 #: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens angle up to 45 degrees); others 0.6.
 ON_LINES = 0.75
-#: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
+#: A map fused from depth maps has over this share of edges shorter than 1/4 of the mean edge: 7 to 10 %; others up to 5.5 %.
 CUT_OFF = 0.06
-#: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
+#: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused maps up to 0.015.
 INDEPENDENT = 0.02
 #: On solids it is doubtful whether there is correlated noise if `fall_of_growth` is between this and 1. Clean scans have up to
 #: 0.94, one of 139 has 0.97; noise that is averaged once over a vertex and its neighbours has 0.92 and more.
