@@ -24,8 +24,8 @@ FLIPPED = 0.3
 NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
-#: A choice is sure if no outlier is replaced, residuals correlate by less than `SURE`, and at most `RIVALS` settings, with the
-#: best, are within two standard errors of the best. 5 of 9 such choices are within 5 % of the least mean angle, 8 within 10 %.
+#: A choice is sure if no outlier is replaced, residuals correlate by less than `SURE`, and at most `RIVALS` settings, including
+#: the best, are within two standard errors of it. 5 of 9 such choices are within 5 % of the least mean angle, 8 within 10 %.
 SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
