@@ -13,7 +13,7 @@ from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings
 from . import tuned
-from .held_out import means_of_others, without
+from .held_out import means_of_others, put_at_means
 from .quadric_prediction import predicted_heights, put_where_expected
 
 Label = TypeVar("Label")
@@ -105,7 +105,7 @@ def initial_positions(
         by_quadrics, _ = predicted_heights(points, rings, normals, indices)
         offsets = means_of_others(points, rings, indices, np.zeros_like(scored)) - points[indices]
         by_means = scores_of(np.stack([np.einsum("ij,ij->i", offsets, normals[indices]), by_quadrics])).best == 0
-    return lambda held: without(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
+    return lambda held: put_at_means(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
 
 
 def cross_validate(

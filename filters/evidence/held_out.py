@@ -78,7 +78,7 @@ def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
     return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
-def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
+def put_at_means(points: Floats, rings: OneRings, held: Ints) -> Floats:
     """Returns (n, 3) the points, each held-out vertex at the mean of its neighbours that are not held out."""
     result = points.copy()
     result[held] = means_of_others(points, rings, held, mask_of(held, len(points)))

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from pymeshfair.filters.denoising import Scan, noise_floor
 from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
 from pymeshfair.filters.evidence import Choice, predicted_heights, scores_of, tuned
-from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, middles_of_balls, random_signs, without
+from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, middles_of_balls, put_at_means, random_signs
 from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
@@ -68,12 +68,12 @@ def test_a_held_out_vertex_is_the_mean_of_those_that_are_not() -> None:
     held = np.array([3, 5, ring(5, rings)[0]], dtype=np.int32)
     moved = points.copy()
     moved[held] += 7.0
-    result = without(moved, rings, held)
+    result = put_at_means(moved, rings, held)
     for i in held:
         np.testing.assert_allclose(result[i], points[np.setdiff1d(ring(i, rings), held)].mean(axis=0), rtol=1e-12)
     rest = np.setdiff1d(np.arange(len(points)), held)
     assert np.array_equal(result[rest], points[rest])
-    assert np.array_equal(without(moved, rings, np.append(ring(5, rings), 5).astype(np.int32))[5], moved[5])
+    assert np.array_equal(put_at_means(moved, rings, np.append(ring(5, rings), 5).astype(np.int32))[5], moved[5])
 
 
 def test_the_errors_on_a_sheet_have_a_closed_form() -> None:
