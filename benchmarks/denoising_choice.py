@@ -41,7 +41,7 @@ from pymeshfair.filters.denoising import Scan, Setting, SettingsTried, automatic
 from pymeshfair.filters.denoising.automatic import automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.scan import NONE_HELD
 from pymeshfair.filters.evidence import cross_validation, tuned
-from pymeshfair.filters.evidence.held_out import without
+from pymeshfair.filters.evidence.held_out import put_at_means
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import border_vertices, one_rings
 
@@ -88,9 +88,9 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
     return {
         "full": [],
         "clip": [(tuned, "CLIP", 1e9)],
-        "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
+        "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: put_at_means(p, one_rings(f, len(p)), held))],
         "flipped": [(tuned, "FLIPPED", 0.0)],
-        "masks": [(tuned, "MASKS", 1)],
+        "sets": [(tuned, "SETS", 1)],
         "direction": [(candidates, "direction_for", lambda _: "all")],
         "all directions": [(candidates, "direction_for", lambda _: "normal")],
         "impulses": [(tuned, "IMPULSIVE", 1.0)],

@@ -20,7 +20,7 @@ Progress = Callable[[float], None]
 SERIAL_BELOW = 20_000
 #: The number of parts per thread in a loop over a large mesh: with many parts no thread waits long for another.
 _PARTS = 8
-#: The smallest part, as a share of `SERIAL_BELOW`. Smaller ones do not pay, as several threads may call `over_range` at once.
+#: The smallest part, as a share of `SERIAL_BELOW`. Smaller parts would cost more than they save.
 _LEAST_PART = 0.625
 T = TypeVar("T")
 #: Seconds between two progress reports during a long task.

@@ -169,7 +169,7 @@ def closest_weights(
 ) -> tuple[float, float]:
     """Returns s and t, where s u + t v is the point of the triangle (0, u, v) nearest to p.
 
-    The point is inside if all barycentric coordinates are positive. On an edge s = 0, t = 0 or s + t = 1 exactly.
+    If p projects outside the triangle, s = 0, t = 0 or s + t = 1 exactly.
     """
     d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz

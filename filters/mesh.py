@@ -136,7 +136,7 @@ def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
     mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
-            f"{name} must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+            f"{name} must be a boolean array of {n_vertices} values, one per vertex, got shape {mask.shape} of {mask.dtype}"
         )
     return mask
 

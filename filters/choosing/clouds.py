@@ -37,7 +37,7 @@ _WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
 # Number of nearest points used as a one-ring; numbers of neighbours and iterations for the smoothed copy that gives the normals.
 _NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
 # Number of sets of held-out points, and the least number of points in all sets together.
-_MASKS, _ENOUGH = 4, 30
+_SETS, _ENOUGH = 4, 30
 
 
 class Projection(NamedTuple):
@@ -97,7 +97,7 @@ def chosen_projection(
     local = sample.points
     moves = None if cloud.movable is None else cloud.movable[origin]
     axes = None if directions is None else directions[origin]
-    held = held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed)
+    held = held_out_vertices(local, sample.pairs, scored=sample.inner, sets=_SETS, seed=seed)
     if sum(map(len, held)) < _ENOUGH:
         return None
     kernels = CloudKernels(range_kernel, space_kernel, *(sigma and sigma * cloud.scale / spacing for sigma in sigmas))

@@ -187,8 +187,8 @@ class Scan:
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: they share hardly any noise with
         vertices outside. `denoised` filters the other vertices, and balls start on the smoothest surface through them.
         """
-        held_out, masks = (held_out_vertices, tuned.MASKS) if denoised is None else (middles_of_balls, tuned.MASKS // 2)
-        held = held_out(self.points, self.faces, scored=self.scored, masks=masks, seed=self.seed)
+        held_out, sets = (held_out_vertices, tuned.SETS) if denoised is None else (middles_of_balls, tuned.SETS // 2)
+        held = held_out(self.points, self.faces, scored=self.scored, sets=sets, seed=self.seed)
         if not held:
             return None
         start = initial_positions(self.points, self.faces, normals=self.normals, scored=self.scored, by_means=by_means)

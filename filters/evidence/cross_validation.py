@@ -13,7 +13,7 @@ from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings
 from . import tuned
-from .held_out import means_of_others, without
+from .held_out import means_of_others, put_at_means
 from .quadric_prediction import predicted_heights, put_where_expected
 
 Label = TypeVar("Label")
@@ -30,7 +30,7 @@ class Trial(Generic[Label]):
     """One candidate and its score: the mean of its clipped squared deviations, see `scores_of`, or an expected squared error."""
 
     label: Label
-    error: float  # root of the score, all deviations clipped at one bound, in mean edges
+    error: float  # root of the score with one clipping bound for all vertices, in mean edges
     excess: float  # the score minus that of the best candidate, in squared mean edges
     uncertainty: float  # standard error of the excess
 
@@ -78,10 +78,10 @@ def scores_of(deviations: Floats, near: Ints | None = None, flipped: Floats | fl
     """
     sizes = np.abs(deviations)
     medians = np.median(sizes, axis=1)
-    folded = tuned.FLIPPED**2 * np.reshape(flipped, (-1, 1))
+    penalties = tuned.FLIPPED**2 * np.reshape(flipped, (-1, 1))
 
     def squares_of(scale: Floats) -> Floats:
-        return np.asarray(np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2 + folded)
+        return np.asarray(np.minimum(sizes, np.maximum(tuned.WEAK, tuned.CLIP * scale)) ** 2 + penalties)
 
     alike = squares_of(medians.min())
     squares = alike if near is None else squares_of(np.median(sizes[medians.argmin()][near], axis=1))
@@ -105,7 +105,7 @@ def initial_positions(
         by_quadrics, _ = predicted_heights(points, rings, normals, indices)
         offsets = means_of_others(points, rings, indices, np.zeros_like(scored)) - points[indices]
         by_means = scores_of(np.stack([np.einsum("ij,ij->i", offsets, normals[indices]), by_quadrics])).best == 0
-    return lambda held: without(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
+    return lambda held: put_at_means(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
 
 
 def cross_validate(
@@ -121,30 +121,30 @@ def cross_validate(
 ) -> Choice[Label]:
     """Runs the candidates once for each set of held-out vertices and chooses the candidate with the least prediction error.
 
-    After each set, candidates that are more than `stays` standard errors worse than the best are dropped. The first candidate,
-    which should do nothing, always stays. Once all candidates but the best are that much worse, the remaining sets are skipped.
+    After each set, candidates that are more than `stays` standard errors worse than the best are dropped; after the first set,
+    also those that `_race` skipped. The first candidate, which should do nothing, always stays. Once all candidates but the best
+    are that much worse, the remaining sets are skipped.
 
     `held` has the vertex indices of each set. The (n, 3) `points` show which held-out vertices are near each other, see
-    `scores_of`. `run` takes a set and returns the results of the candidates. Results and `labels` are grouped by
-    family. `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges.
-    `share_flipped` returns the share of flipped faces of a result; it is measured on the first set. `progress` is called while
-    the families run, and may raise to stop.
+    `scores_of`. `run` takes a set and returns the results of the candidates. Results and `labels` are grouped by family.
+    `deviations` takes a set, the number of a candidate and its result, and returns (h,) deviations in mean edges. `share_flipped`
+    returns the share of flipped faces of a result; it is measured on the first set. `progress` may raise to stop.
     """
     kept, sets = np.ones(sum(map(len, labels)), dtype=np.bool_), list[Floats]()
     flipped = np.zeros(len(kept))
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     # A vertex may be in several sets. A small last coordinate puts equal places in the order of the sets, whatever the numbering.
-    set_of = np.repeat(np.arange(len(held)), [len(mask) for mask in held])
+    set_of = np.repeat(np.arange(len(held)), [len(indices) for indices in held])
     in_order = np.column_stack([points[np.concatenate(held)], 1e-3 * set_of])
-    for number, mask in enumerate(held):
-        sets.append(np.full((len(kept), len(mask)), np.inf))
-        share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, mask)
+    for number, indices in enumerate(held):
+        sets.append(np.full((len(kept), len(indices)), np.inf))
+        share, deviate = part_of(progress, shares[number], shares[number + 1]), partial(deviations, indices)
         places = in_order[set_of <= number]
         near = spatial.cKDTree(places).query(places * (1, 1, 1, 0), min(tuned.NEAR, len(places)))[1].reshape(len(places), -1)
         if number == 0:
-            kept = _race(run(mask), labels, deviate, share_flipped, sets[0], flipped, near, share)
+            kept = _race(run(indices), labels, deviate, share_flipped, sets[0], flipped, near, share)
         else:
-            sets[-1][kept] = measured(run(mask), labels, deviate, share, kept)
+            sets[-1][kept] = measured(run(indices), labels, deviate, share, kept)
         kept[kept] = scores_of(np.hstack(sets)[kept], near, flipped[kept]).within(stays)
         decided = np.count_nonzero(kept) == 1
         kept[0] = True

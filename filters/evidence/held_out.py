@@ -9,24 +9,24 @@ from ..topology import OneRings, border_vertices, edges
 
 # Probability that a vertex is a candidate. One of two adjacent candidates is dropped; a set gets 9 to 14 % of the vertices.
 _CANDIDATES = 0.35
-#: Rings of a ball. In noise averaged twice over one-rings its middle and the vertices just outside correlate by 0.1 to 0.2.
+#: Rings of a ball. Its middle and the vertices just outside correlate by 0.1 to 0.2 if noise is averaged twice over one-rings.
 BALL = 2
-# Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a mask, or the seed.
+# Random numbers are fractional parts of lengths at vertices times (multiple + step * k); k is the number of a set, or the seed.
 _MULTIPLES, _STEPS = (997.0, 1511.0), (137.7, 211.1)
 
 
-def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
+def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, sets: int, seed: int = 0) -> list[Ints]:
+    """Returns up to `sets` random independent sets of the `scored` vertices: no two vertices of a set are adjacent.
 
     Each set is sorted and not empty. The sets are disjoint until less than 35 % of the scored vertices are left; then all may
-    be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex over the mean edge length: not on the
-    place, rotation, size and numbering of a mesh. (e, 2) edges, such as neighbours in a cloud, must be unique.
+    be drawn again. Random numbers depend on the seed and on the edge lengths at a vertex divided by the mean edge length: not on
+    the place, rotation, size and numbering of a mesh. (e, 2) edges, such as neighbours in a cloud, must be unique.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
     remaining, held_out = scored.copy(), []
-    for mask in range(seed * masks, (seed + 1) * masks):
-        draws, ranks = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
+    for number in range(seed * sets, (seed + 1) * sets):
+        draws, ranks = ((sums * (multiple + step * number)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
         chosen = remaining & (draws < _CANDIDATES)
         a, b = pairs[chosen[pairs].all(axis=1)].T
         chosen[np.where(ranks[a] < ranks[b], a, b)] = False
@@ -34,20 +34,20 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         remaining &= ~chosen
         if np.count_nonzero(remaining) < _CANDIDATES * np.count_nonzero(scored):
             remaining = scored.copy()
-    return [mask for mask in held_out if len(mask)]
+    return [indices for indices in held_out if len(indices)]
 
 
-def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
-    """Returns up to `masks` random sets of `scored` vertices: the middles of balls of two rings that do not touch.
+def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, sets: int, seed: int = 0) -> list[Ints]:
+    """Returns up to `sets` random sets of `scored` vertices: the middles of balls of two rings that do not touch.
 
-    Free vertices with the least random number within five edges become middles; the vertices within five edges of them are then
-    no longer free, and so on. Random numbers are as in `held_out_vertices`; in a regular lattice they are equal, and balls touch.
+    Scored vertices with the least random number within five edges become middles, the vertices within five edges of them are left
+    out, and so on. Random numbers are as in `held_out_vertices`; in a regular lattice they are equal, and balls overlap.
     """
-    pairs, sets = edges(faces), list[Ints]()
+    pairs, held_out = edges(faces), list[Ints]()
     a, b = np.concatenate([pairs, pairs[:, ::-1]]).T
     sums = lengths_around(points, pairs, mean_edge_length(points, pairs))
-    for mask in range(seed * masks, (seed + 1) * masks):
-        numbers = (sums * (_MULTIPLES[0] + _STEPS[0] * mask)) % 1.0
+    for number in range(seed * sets, (seed + 1) * sets):
+        numbers = (sums * (_MULTIPLES[0] + _STEPS[0] * number)) % 1.0
         free, middles = scored.copy(), np.zeros_like(scored)
         while free.any():
             least = np.where(free, numbers, 1.0)
@@ -56,8 +56,8 @@ def middles_of_balls(points: Floats, faces: Ints, *, scored: Bools, masks: int, 
             chosen = free & (least == numbers)
             middles |= chosen
             free &= ~with_neighbours(chosen, pairs, 2 * BALL + 1)
-        sets.append(np.flatnonzero(middles).astype(np.int32))
-    return [middles for middles in sets if len(middles)]
+        held_out.append(np.flatnonzero(middles).astype(np.int32))
+    return [middles for middles in held_out if len(middles)]
 
 
 def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
@@ -78,7 +78,7 @@ def lengths_around(points: Floats, pairs: Ints, unit: float) -> Floats:
     return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
-def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
+def put_at_means(points: Floats, rings: OneRings, held: Ints) -> Floats:
     """Returns (n, 3) the points, each held-out vertex at the mean of its neighbours that are not held out."""
     result = points.copy()
     result[held] = means_of_others(points, rings, held, mask_of(held, len(points)))

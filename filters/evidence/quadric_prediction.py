@@ -1,4 +1,4 @@
-"""Predicts the height of a vertex by a least-squares quadric through its two rings: its neighbours and their neighbours.
+"""Predicts the height of a vertex by a least-squares quadric fitted to its two rings: its neighbours and their neighbours.
 
 In this module `points` are (n, 3) coordinates with edges of about 1, `rings` their one-rings, `normals` (n, 3) unit normals, and
 `chosen` the indices of k vertices. The (n,) masks `hidden` and `ignored` exclude vertices from fits and medians.
@@ -25,12 +25,12 @@ def predicted_heights(
 ) -> tuple[Floats, Floats]:
     """Predicts the heights of vertices along their normals from the surrounding vertices.
 
-    For vertex i with the unit normal n, a polynomial of second degree in the tangential coordinates is fitted to the heights
-    n . (p_j - p_i) of the vertices j in two rings. The least-squares fit has the weights exp(-r^2 / 2 s^2), with r the tangential
-    distance and s 1.3 times its mean in the one-ring. The prediction is the polynomial's value at 0, a height above p_i.
+    For vertex i with the unit normal n, a polynomial of second degree in the tangential coordinates (a plane or a mean for few
+    vertices) is fitted to the heights n . (p_j - p_i) of the vertices j in two rings, with the weights exp(-r^2 / 2 s^2); r is
+    the tangential distance, s 1.3 times its mean in the one-ring. The prediction is the value at 0, a height above p_i.
 
     Returns:
-        heights: (k,) in the unit of the points; 0 without surrounding vertices.
+        heights: (k,) in the unit of the points; 0 without a normal or surrounding vertices.
         gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
     """
     fits, excluded = np.zeros((2, len(chosen))), np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden

@@ -10,7 +10,7 @@ STAYS = 2.0
 
 # Cross-validation.
 #: Number of sets of held-out vertices. The mean angle is 2 % larger with 1 set than with 4; a few meshes gain from 8 sets.
-MASKS = 8
+SETS = 8
 #: Deviations are clipped at this multiple of their median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
 CLIP = 4.0
 #: Number of held-out vertices near a vertex that give the median for `CLIP`. On a house with noise of 0.05 and 0.3 edges on its
@@ -24,8 +24,8 @@ FLIPPED = 0.3
 NO_NOISE = 0.01
 #: Residuals of neighbours correlate by more than this on clean meshes (0.115 and up), by less on statues with noise of 0.1 edges.
 SURFACE = 0.1
-#: A choice is sure if no outlier is replaced, residuals correlate by less than `SURE`, and at most `RIVALS` settings are within
-#: two standard errors of the best. 5 of 9 such choices are within 5 % of the least mean angle, 8 within 10 %.
+#: A choice is sure if no outlier is replaced, residuals correlate by less than `SURE`, and at most `RIVALS` settings, including
+#: the best, are within two standard errors of it. 5 of 9 such choices are within 5 % of the least mean angle, 8 within 10 %.
 SURE, RIVALS = 0.05, 2
 #: As `SURFACE`, in the calmest third of a mesh: correlations are 0.173 and more on clean meshes, up to 0.153 with weak noise.
 SURFACE_WHERE_CALM = 0.16
@@ -50,9 +50,9 @@ STANDS_OUT = 3.0
 FACING = 0.4
 #: Depth maps have over this share of squared residuals in one direction: 0.9 or more (lens angle up to 45 degrees); others 0.6.
 ON_LINES = 0.75
-#: A fused map has more than this share of edges shorter than a quarter of the mean edge: 7 to 10 %; other meshes up to 5.5 %.
+#: A map fused from depth maps has over this share of edges shorter than 1/4 of the mean edge: 7 to 10 %; others up to 5.5 %.
 CUT_OFF = 0.06
-#: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused scans up to 0.015.
+#: Noisy maps have at least this much independent noise (0.02 and more); maps without noise and smoothed fused maps up to 0.015.
 INDEPENDENT = 0.02
 #: On solids it is doubtful whether there is correlated noise if `fall_of_growth` is between this and 1. Clean scans have up to
 #: 0.94, one of 139 has 0.97; noise that is averaged once over a vertex and its neighbours has 0.92 and more.

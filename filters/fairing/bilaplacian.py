@@ -150,7 +150,7 @@ def _checked_features(feature_weights: ArrayLike | None, n: int) -> Floats:
         return np.ones(n)
     values = np.asarray(feature_weights, dtype=np.float64)
     if values.shape != (n,) or not (np.isfinite(values) & (values >= 0.0)).all():
-        raise FilterInputError(f"feature_weights must be {n} finite values of at least 0, one a vertex, got shape {values.shape}")
+        raise FilterInputError(f"feature_weights must be {n} finite values >= 0, one per vertex, got shape {values.shape}")
     return values
 
 
@@ -370,7 +370,7 @@ def scalar_feature_weights(values: ArrayLike, *, half: float) -> Floats:
     """
     sizes = np.asarray(values, dtype=np.float64)
     if sizes.ndim != 1 or not np.isfinite(sizes).all():
-        raise FilterInputError(f"values must be finite, one a vertex, got shape {sizes.shape}")
+        raise FilterInputError(f"values must be finite, one per vertex, got shape {sizes.shape}")
     check_positive("half", half)
     return _weights(sizes / half, 2)
 

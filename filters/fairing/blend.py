@@ -38,7 +38,7 @@ def blend_parts(
     among: ArrayLike | None = None,
     progress: Progress = ignore_progress,
 ) -> "Blend":
-    """Joins the two rims that face each other by a smooth neck.
+    """Joins the two rims that are nearest to each other by a smooth neck.
 
     `bridge_rims` makes the band, and `fair_region` places its new vertices; the vertices of the mesh stay.
 
@@ -58,7 +58,7 @@ def blend_parts(
         ConvergenceError: as for `fair_region`.
     """
     points, triangles = check_mesh(vertices, faces)
-    first, second = facing_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
+    first, second = nearest_rims(points, triangles, among=among, progress=part_of(progress, 0.0, 0.1))
     band = bridge_rims(points, triangles, first, second, progress=part_of(progress, 0.1, 0.5))
     if len(band.vertices) == 0:
         progress(1.0)
@@ -69,7 +69,7 @@ def blend_parts(
     return replace(band, vertices=fair.vertices[len(points) :])
 
 
-def facing_rims(
+def nearest_rims(
     points: Floats, triangles: Ints, *, among: ArrayLike | None = None, progress: Progress = ignore_progress
 ) -> tuple[Ints, Ints]:
     """Returns the two rims that are nearest to each other, each in the direction of the faces that would close it.

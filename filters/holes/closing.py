@@ -201,7 +201,7 @@ class Patches:
         return True
 
     def fair(self, energy: HoleEnergy, rounds: int, progress: Progress) -> tuple[list[HoleEnergy], list[bool]]:
-        """Fairs and refines in turn; returns the last energy of each patch, and whether a higher energy exceeded `FURTHEST`.
+        """Fairs and refines in turn; returns the last energy of each patch, and whether `FURTHEST` rejected a higher energy.
 
         Patches with the same energy are solved together, the highest energy first. A group without a solution is halved until
         the failing patches are alone. A patch that fails or exceeds `FURTHEST` gets the next lower energy from then on.

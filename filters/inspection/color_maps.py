@@ -26,7 +26,7 @@ _SEQUENTIAL = ((0.0, 0.38, 0.12, 285.0), (0.35, 0.57, 0.10, 225.0), (0.7, 0.77, 
 
 
 class Limits(NamedTuple):
-    """The values at the two ends of a colour map; a value beyond an end has the colour of this end."""
+    """The values at the two ends of a colour map; a value beyond an end has the colour of this end, NaN that of the middle."""
 
     low: float
     high: float

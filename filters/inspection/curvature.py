@@ -24,7 +24,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes nothing."""
+    """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes no normal."""
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)

@@ -105,7 +105,7 @@ def triangle_shapes(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> Bools:
     """(m,) which faces look away from the area-weighted mean normal of the faces at their vertices.
 
-    If the faces are not coherently oriented, the faces with the minority orientation count as folded.
+    A face whose orientation is opposite to that of most faces around it counts as folded, too.
     """
     points, triangles = check_mesh(vertices, faces)
     mesh = normalised_mesh(points, triangles)

@@ -50,7 +50,7 @@ class TriangleTree(NamedTuple):
         return cls(triangles, indices, boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
 
     def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
-        """(q,) the faces nearest to (q, 3) points (of ties the lowest), (q, 2) weights of corners 1 and 2, (q,) distances."""
+        """(q,) the faces nearest to (q, 3) points (lowest of ties), (q, 2) weights of the last two corners, (q,) distances."""
         faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
         over_range(_search, len(queries), self, np.ascontiguousarray(queries), faces, weights, distances)
         return faces, weights, distances

@@ -50,7 +50,7 @@ class Fronts(NamedTuple):
         places = np.empty_like(order)
         places[order] = np.arange(len(order), dtype=np.int32)
         starts = np.zeros(len(firsts), dtype=np.int64)
-        rows = _changed_rows(entries, order, places, firsts, lows, starts)
+        rows = _updated_rows(entries, order, places, firsts, lows, starts)
         eliminated, updated = np.diff(firsts), np.diff(starts)
         numbers = np.append(0, np.cumsum(eliminated * (eliminated + updated) - eliminated * (eliminated - 1) // 2))
         parts, top = _parts(firsts, lows, numbers, PARTS if len(order) >= SERIAL_BELOW else 1)
@@ -141,7 +141,7 @@ def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
 
 
 @compiled(nogil=True)
-def _changed_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Longs, lows: Longs, starts: Longs) -> Ints:
+def _updated_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Longs, lows: Longs, starts: Longs) -> Ints:
     """Returns `Fronts.rows` and fills `Fronts.starts`."""
     n, at, top = order.shape[0], 0, 0
     seen = np.full(n, -1, dtype=np.int32)

@@ -137,7 +137,7 @@ def test_progress_is_told() -> None:
         ({"contrast": 0.0}, "contrast is 0.0: it must be finite and above 0"),
         ({"step": -0.1}, "step is -0.1: it must be finite and above 0"),
         ({"iterations": -1}, "iterations is -1: it must be a whole number"),
-        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
+        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one per vertex, got shape \(1,\)"),
     ],
 )
 def test_parameters_are_checked(options: dict[str, Any], message: str) -> None:

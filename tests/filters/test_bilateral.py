@@ -264,7 +264,7 @@ def test_progress_is_told() -> None:
         ({"range_sigma": -1.0}, "range_sigma is -1.0: it must be finite and above 0"),
         ({"space_sigma": math.nan}, "space_sigma is nan: it must be finite"),
         ({"border": "open"}, "border 'open' is not one of 'fixed'"),
-        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
+        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one per vertex, got shape \(1,\)"),
     ],
 )
 @pytest.mark.parametrize("apply", FILTERS)

@@ -10,7 +10,7 @@ import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing import blend
-from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, facing_rims
+from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, nearest_rims
 from pymeshfair.filters.fairing.region import Energy
 from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import edge_face_counts
@@ -44,7 +44,7 @@ BENT: tuple[dict[str, float], ...] = ({}, {"second": 31}, {"first": 50, "second"
 def test_a_band_joins_both_rims_and_nothing_else(shape: dict[str, float]) -> None:
     """Both rims are gone, the far ones are left, every edge has the faces of a surface, oriented as one."""
     mesh = two_tubes(**shape)  # type: ignore[arg-type]
-    first, second = facing_rims(*mesh)
+    first, second = nearest_rims(*mesh)
     band = bridge_rims(*mesh, first, second)
     vertices, faces = joined(mesh, band.vertices, band.faces)
     pairs, counts = edge_face_counts(faces)
@@ -64,7 +64,7 @@ def test_one_row_has_no_new_vertices_and_the_shortest_spans() -> None:
     sides = faces[4:]
     apart = np.concatenate([sides, sides + np.int32(8)])
     mesh = np.concatenate([vertices, vertices + np.array([0.0, 0.0, 2.0])]), apart
-    band = bridge_rims(*mesh, *facing_rims(*mesh))
+    band = bridge_rims(*mesh, *nearest_rims(*mesh))
     assert band.vertices.shape == (0, 3)
     corners = mesh[0][band.faces]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -95,7 +95,7 @@ def test_at_most_two_searches_for_spans() -> None:
 def test_rows_divide_the_spans_evenly() -> None:
     """Rows as high as equilateral triangles divide the way between rims at heights 3 and 4.5, on the cylinder's chords."""
     mesh = two_tubes()
-    band = bridge_rims(*mesh, *facing_rims(*mesh))
+    band = bridge_rims(*mesh, *nearest_rims(*mesh))
     heights, counts = np.unique(np.round(band.vertices[:, 2], 12), return_counts=True)
     rows = round(1.5 / (math.sqrt(0.75) * 2 * math.sin(math.pi / 24)))
     np.testing.assert_allclose(heights, 3 + 1.5 * np.arange(1, rows) / rows)
@@ -140,7 +140,7 @@ def test_a_thin_plate_continues_the_tangent_planes() -> None:
         vertices, faces = joined(mesh, neck_band.vertices, neck_band.faces)
         normals = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        first, second = facing_rims(*mesh)
+        first, second = nearest_rims(*mesh)
         rim = np.zeros(len(vertices), dtype=bool)
         rim[np.concatenate([first, second])] = True
         face_of = {}
@@ -176,7 +176,7 @@ def test_any_unit_will_do(unit: float) -> None:
 def test_the_rims_are_those_nearest_each_other() -> None:
     """Of the four rims of two tubes the facing two are found, whatever the order of vertices and faces."""
     vertices, faces, _ = renumbered(two_tubes(), seed=4)
-    first, second = facing_rims(vertices, faces)
+    first, second = nearest_rims(vertices, faces)
     heights = sorted({float(vertices[first, 2].mean().round(9)), float(vertices[second, 2].mean().round(9))})
     assert heights == [3.0, 4.5]
     assert len(first) == len(second) == 24
@@ -187,13 +187,13 @@ def test_selected_rims_may_belong_to_one_part() -> None:
     vertices, faces = tube(24, 9, length=1.0)
     on_rims = np.isin(vertices[:, 2], [0.0, 1.0])
     with pytest.raises(FilterInputError, match=re.escape("no two rims of different components to join: 2 found")):
-        facing_rims(vertices, faces)
-    band = bridge_rims(vertices, faces, *facing_rims(vertices, faces, among=on_rims))
+        nearest_rims(vertices, faces)
+    band = bridge_rims(vertices, faces, *nearest_rims(vertices, faces, among=on_rims))
     assert (edge_face_counts(np.concatenate([faces, band.faces]))[1] == 2).all()
     with pytest.raises(FilterInputError, match="no two rims with only selected vertices to join: 1 found"):
-        facing_rims(vertices, faces, among=vertices[:, 2] == 0.0)
+        nearest_rims(vertices, faces, among=vertices[:, 2] == 0.0)
     with pytest.raises(FilterInputError, match="among must be a boolean array"):
-        facing_rims(vertices, faces, among=on_rims[1:])
+        nearest_rims(vertices, faces, among=on_rims[1:])
 
 
 def test_what_cannot_be_joined_is_refused() -> None:
@@ -202,12 +202,12 @@ def test_what_cannot_be_joined_is_refused() -> None:
     half = len(faces) // 2
     inside_out = np.concatenate([faces[:half], faces[half:, ::-1]])
     with pytest.raises(FilterInputError, match="one of the parts is inside out"):
-        bridge_rims(vertices, inside_out, *facing_rims(vertices, inside_out))
-    first, _ = facing_rims(vertices, faces)
+        bridge_rims(vertices, inside_out, *nearest_rims(vertices, inside_out))
+    first, _ = nearest_rims(vertices, faces)
     with pytest.raises(FilterInputError, match="the rims share vertex"):
         bridge_rims(vertices, faces, first, first)
     with pytest.raises(FilterInputError, match="no two rims of different components to join: 1 found"):
-        facing_rims(*grid())
+        nearest_rims(*grid())
 
 
 def test_a_rim_that_passes_a_vertex_twice_is_not_passed_over() -> None:
@@ -264,21 +264,21 @@ def test_one_part_inside_out_is_refused_and_two_right_ones_are_joined(name: str)
     make, degrees = RIGHT[name]
     for which in ("no", "both"):
         vertices, faces = turned_over(make(degrees), which)
-        band = bridge_rims(vertices, faces, *facing_rims(vertices, faces))
+        band = bridge_rims(vertices, faces, *nearest_rims(vertices, faces))
         assert not band.doubtful
         halves = np.concatenate([np.roll(np.concatenate([faces, band.faces]), k, axis=1)[:, :2] for k in range(3)])
         assert len(np.unique(halves, axis=0)) == len(halves)  # one orientation
     for which in ("first", "second"):
         vertices, faces = turned_over(make(degrees), which)
         with pytest.raises(FilterInputError, match=r"one of the parts is inside out, the part with vertex \d+ or"):
-            bridge_rims(vertices, faces, *facing_rims(vertices, faces))
+            bridge_rims(vertices, faces, *nearest_rims(vertices, faces))
 
 
 @pytest.mark.parametrize("which", ["no", "first"])
 def test_openings_side_by_side_are_joined_in_doubt(which: str) -> None:
     """Of two spheres open upwards no rim tells which way out is right: joined either way, and said to be doubtful."""
     vertices, faces = turned_over(two_opened_spheres(90), which)
-    assert bridge_rims(vertices, faces, *facing_rims(vertices, faces)).doubtful
+    assert bridge_rims(vertices, faces, *nearest_rims(vertices, faces)).doubtful
 
 
 def test_rims_too_wide_for_their_distance_are_judged_by_their_planes() -> None:
@@ -287,10 +287,10 @@ def test_rims_too_wide_for_their_distance_are_judged_by_their_planes() -> None:
     low = faces[(vertices[faces][:, :, 2] < 0.05).all(axis=1)]
     high = faces[(vertices[faces][:, :, 2] > -0.05).all(axis=1)]
     halves = np.concatenate([vertices, vertices + apart]), np.concatenate([low, high + np.int32(len(vertices))])
-    assert not bridge_rims(*halves, *facing_rims(*halves)).doubtful
+    assert not bridge_rims(*halves, *nearest_rims(*halves)).doubtful
     wrong = turned_over(halves, "second")
     with pytest.raises(FilterInputError, match="one of the parts is inside out"):
-        bridge_rims(*wrong, *facing_rims(*wrong))
+        bridge_rims(*wrong, *nearest_rims(*wrong))
 
 
 @pytest.mark.parametrize("degrees", [40, 60, 90, 180])
@@ -342,7 +342,7 @@ def test_the_rims_found_are_the_nearest_of_all_pairs() -> None:
     vertices, faces = grid(3, 4)
     sheets = [vertices @ rotation(k).T + random.uniform(0, 12, 3) for k in range(12)]
     everything = np.concatenate(sheets)
-    first, second = facing_rims(everything, np.concatenate([faces + np.int32(len(vertices) * k) for k in range(12)]))
+    first, second = nearest_rims(everything, np.concatenate([faces + np.int32(len(vertices) * k) for k in range(12)]))
 
     def apart(a: Floats, b: Floats) -> float:
         distances = np.linalg.norm(a[:, None] - b, axis=2)

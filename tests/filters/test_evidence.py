@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from pymeshfair.filters.denoising import Scan, noise_floor
 from pymeshfair.filters.denoising.impulses import flattening, outlying_vertices, sizes_beside
 from pymeshfair.filters.evidence import Choice, predicted_heights, scores_of, tuned
-from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, middles_of_balls, random_signs, without
+from pymeshfair.filters.evidence.held_out import far_from_border, held_out_vertices, middles_of_balls, put_at_means, random_signs
 from pymeshfair.filters.geometry import mean_edge_length, roughness
 from pymeshfair.filters.topology import OneRings, edges, one_rings
 from tests.meshes import Floats, Ints, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
@@ -68,12 +68,12 @@ def test_a_held_out_vertex_is_the_mean_of_those_that_are_not() -> None:
     held = np.array([3, 5, ring(5, rings)[0]], dtype=np.int32)
     moved = points.copy()
     moved[held] += 7.0
-    result = without(moved, rings, held)
+    result = put_at_means(moved, rings, held)
     for i in held:
         np.testing.assert_allclose(result[i], points[np.setdiff1d(ring(i, rings), held)].mean(axis=0), rtol=1e-12)
     rest = np.setdiff1d(np.arange(len(points)), held)
     assert np.array_equal(result[rest], points[rest])
-    assert np.array_equal(without(moved, rings, np.append(ring(5, rings), 5).astype(np.int32))[5], moved[5])
+    assert np.array_equal(put_at_means(moved, rings, np.append(ring(5, rings), 5).astype(np.int32))[5], moved[5])
 
 
 def test_the_errors_on_a_sheet_have_a_closed_form() -> None:
@@ -84,7 +84,7 @@ def test_the_errors_on_a_sheet_have_a_closed_form() -> None:
     """
     points = rough(0.2)
     found = chosen(points, lambda v: [iter([v]), iter([v * (1.0, 1.0, 0.0)])], [["nothing"], ["flat"]], stays=1e12)
-    held = np.concatenate(held_out_vertices(points, FACES, scored=INNER, masks=tuned.MASKS))
+    held = np.concatenate(held_out_vertices(points, FACES, scored=INNER, sets=tuned.SETS))
     height = points[:, 2]
     sizes = np.abs([height[held] - [height[ring(i)].mean() for i in held], height[held]])
     best = sizes[np.median(sizes, axis=1).argmin()]
@@ -99,29 +99,29 @@ def test_held_out_vertices_are_apart_disjoint_and_of_the_geometry() -> None:
     """No two of a set are adjacent, the sets share none, each holds a twelfth to an eighth, and a moved mesh has the same."""
     vertices, faces = noisy(icosphere(4), 0.01)
     scored, pairs = np.ones(len(vertices), dtype=np.bool_), edges(faces)
-    masks = held_out_vertices(vertices, faces, scored=scored, masks=4)
+    masks = held_out_vertices(vertices, faces, scored=scored, sets=4)
     for mask in masks:
         assert not np.isin(pairs, mask).all(axis=1).any()
         assert len(vertices) / 14 < len(mask) < len(vertices) / 7
     assert len(np.unique(np.concatenate(masks))) == sum(map(len, masks))
     shuffled, other_faces, old = renumbered((vertices, faces))
-    again = held_out_vertices(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, masks=4)
+    again = held_out_vertices(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, sets=4)
     assert [set(old[other]) for other in again] == [set(mask) for mask in masks]
-    assert set(held_out_vertices(vertices, faces, scored=scored, masks=4, seed=1)[0]) != set(masks[0])
+    assert set(held_out_vertices(vertices, faces, scored=scored, sets=4, seed=1)[0]) != set(masks[0])
 
 
 def test_balls_of_a_set_do_not_touch_and_are_of_the_geometry() -> None:
     """Middles are six edges apart or more, so that balls of two rings have a vertex between them; no ball more would fit."""
     vertices, faces = noisy(icosphere(4), 0.01)
     scored = np.ones(len(vertices), dtype=np.bool_)
-    sets = middles_of_balls(vertices, faces, scored=scored, masks=4)
+    sets = middles_of_balls(vertices, faces, scored=scored, sets=4)
     graph = csr_matrix((np.ones(len(edges(faces))), edges(faces).T), shape=(len(vertices), len(vertices)))
     for middles in sets:
         steps = dijkstra(graph, directed=False, indices=middles, unweighted=True)
         assert steps[:, middles][~np.eye(len(middles), dtype=np.bool_)].min() >= 6
         assert steps.min(axis=0).max() <= 5
     shuffled, other_faces, old = renumbered((vertices, faces))
-    again = middles_of_balls(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, masks=4)
+    again = middles_of_balls(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, sets=4)
     assert [set(old[other]) for other in again] == [set(middles) for middles in sets]
 
 

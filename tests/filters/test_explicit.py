@@ -563,7 +563,7 @@ def test_nothing_to_do_returns_a_copy() -> None:
             {"update": "meshlab", "operator": "robust"},
             "MeshLab's update rule is defined for the operators 'uniform' and 'cotangent', not 'robust'",
         ),
-        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one a vertex, got shape \(1,\)"),
+        ({"movable": [True]}, r"movable must be a boolean array of 42 values, one per vertex, got shape \(1,\)"),
         ({"movable": [1] * 42}, "movable must be a boolean array .* of int64"),
     ],
 )

@@ -47,7 +47,7 @@ def trials(
     """
     scan = Scan.of(vertices, faces)
     scored = np.flatnonzero(scan.scored).astype(np.int32)
-    sets = [scored] if clean else held_out_vertices(scan.points, scan.faces, scored=scan.scored, masks=tuned.MASKS)
+    sets = [scored] if clean else held_out_vertices(scan.points, scan.faces, scored=scan.scored, sets=tuned.SETS)
     if not any(map(len, sets)):
         return {}
     # Automatic sizes are chosen on the scan itself, before vertices are held out, and then kept.
