@@ -9,7 +9,7 @@ import numpy as np
 
 from ..diffusion.explicit import taubin_fairing
 from ..evidence import put_where_expected
-from ..mesh import Bools, Floats, Ints, normalised_mesh
+from ..mesh import Bools, Floats, Ints, mask_of, normalised_mesh
 from ..robust import KernelName
 from ..topology import BorderPolicy, border_vertices
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, Adjacency, Neighborhood
@@ -172,8 +172,7 @@ class SettingsTried:
         families = [iter([(along if of.relaxation_direction else fair)[k] for k in of.taubin])]
         families += [self._results(along[k], chain, scan.movable) for k in of.relaxations for chain in of.chains]
         if self._replaced is not None:
-            moves = self._replaced.copy()
-            moves[held] = True
+            moves = self._replaced | mask_of(held, len(points))
             expected = put_where_expected(points, scan.faces, scan.normals, np.flatnonzero(moves).astype(np.int32))
             families += [iter([expected]), *(self._results(expected, chain, moves) for chain in of.chains)]
         return families
