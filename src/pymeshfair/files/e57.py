@@ -71,7 +71,7 @@ class _Survey:
         standard = (*_PLACE, *_SPHERE, *_INVALID, *(_COLOR if self._colored else ()))
         names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
         vector = _NORMAL if self._has_normals else ()
-        #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
+        #: for each field that becomes a custom attribute: whether all scans that have it store 32-bit integers
         self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names if name not in vector}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"of its {len(self.headers):,} scans have no"

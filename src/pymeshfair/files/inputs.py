@@ -1,7 +1,7 @@
 """Reads a mesh file of any format as a `MeshData`, and finds the files that it names.
 
 Scans are not trusted, and the files that they name are copied beside the output. So a name may lead only to a regular file in
-the folder of the mesh, after links are resolved, and the content of a texture must be an image.
+or below the folder of the mesh, after links are resolved, unless the user allows others. A texture's content must be an image.
 """
 
 import os

@@ -152,7 +152,7 @@ class ObjDocument:
     """The data of an OBJ file that the writer needs."""
 
     data: bytes
-    tokens: Tokens  # without kinds and values of words
+    tokens: Tokens  # without `kinds`, `values` and `first`
     mesh: MeshData
     width: int  # how many numbers the line of a vertex has; 0 if three of them are a colour in levels
     normals: Floats  # (k, 3) on the ``vn`` lines
@@ -569,7 +569,7 @@ def _states_to_write(
     if (number := len(numbered(looks[new])[0])) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: with their {number:,} materials there are over {MOST_MATERIALS:,}")
         looks[:, 1:] = -1
-    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # a face without a material would keep the one before it
+    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # others would have the material of a face before
     firsts, kinds = numbered(looks[new])
     first = max(texts, default=-1) + 1
     states[new, -1] = first + kinds

@@ -226,7 +226,7 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the text that was read; default ones if none was, or from .pts to .xyz, or from others to .pts."""
+    """Writes the columns of the source text; default columns without one, from .pts to .xyz, and from other formats to .pts."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"

@@ -15,8 +15,8 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
     """Triangulates polygons: k - 2 triangles for a polygon of k corners, in the order of the polygons.
 
     `corners` has the (c,) vertex indices of all polygons in turn, `lengths` the number of corners of each, at least 3. Returns
-    (m, 3) indices into `corners`; (m,) the polygon of each triangle, or a full slice if all polygons are triangles; and the
-    attribute ``polygon`` of the triangles, see `outlines`.
+    (m, 3) indices into `corners`; (m,) the polygon of each triangle; and a dict with the attribute ``polygon`` of the triangles,
+    see `outlines`. If all polygons are triangles, the last two are a full slice and an empty dict.
     """
     if not len(lengths) or (lengths == 3).all():
         return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), slice(None), {}

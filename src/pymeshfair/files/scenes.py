@@ -27,7 +27,7 @@ _MOST_ELEMENTS = 500_000
 #: the largest number of parts that a scene places, groups included, and of vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
 NO_TEXTURE = "texture coordinates without a texture"
-#: values of an attribute in parts that lack it
+#: values of an attribute in parts that lack it; 0 for other attributes
 _DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
 
 
@@ -140,7 +140,7 @@ class Assembly:
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
-        """Enters a part of the scene; limits the number of entered parts, since ten nested groups of ten make 10^10 instances."""
+        """Enters a part of the scene; limits the number of entered parts, since ten levels of groups of ten make 10^10."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("one of its parts contains itself")

@@ -195,7 +195,7 @@ def _inside_words(text: bytes) -> Bools:
 
 
 def tokenise(raw: bytes, *, slashes: bool = False, joins: bool = False) -> Tokens:
-    """Splits a text into tokens; with `slashes` also at slashes, as in OBJ faces; with `joins` after lines are `joined`."""
+    """Splits a text into tokens; with `slashes` also at slashes, as in OBJ faces; with `joins`, lines are `joined` first."""
     data = joined(raw) if joins else raw
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)
