@@ -243,7 +243,7 @@ def _transform(part: Element) -> Floats:
     matrix = v.reshape(4, 4)
     if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
         raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
-    return matrix / matrix[3, 3]
+    return np.asarray(matrix / matrix[3, 3])
 
 
 def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]:

@@ -167,7 +167,7 @@ def _turned(header: Any, vectors: Floats) -> Floats:
 
 
 def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uint8]:
-    """Returns (n, 4) 8-bit colours, scaled from the scan's colour limits, else from 0 to 255 or 65535; white without colours."""
+    """Returns (n, 4) 8-bit colours, scaled from the scan's limits, else from 0 to 255 or, if wider, 65535; white without any."""
     from pye57 import libe57
 
     levels = np.full((count, 4), 255, np.uint8)

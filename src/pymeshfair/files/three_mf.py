@@ -35,8 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
-#: beginnings and ends of the names of attributes that are ignored without a note
-_UNSAID = ("xmlns", "xml:", "UUID")
+_UNSAID = ("xmlns", "xml:", "UUID")  # beginnings and ends of the names of attributes that are ignored without a note
 #: extensions that are read: materials, and models in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
 _UNDERSTOOD = (f"{_SPACE}material/2015/02", f"{_SPACE}production/2015/06")

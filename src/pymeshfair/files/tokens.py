@@ -17,8 +17,7 @@ from .inputs import quoted
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-#: all integers up to this one are exact in double precision
-_EXACT = 1 << 53
+_EXACT = 1 << 53  # all integers up to this one are exact in double precision
 _INFINITY = np.frombuffer(b"infinity", np.uint8)
 
 
@@ -142,8 +141,7 @@ def lex(
 
 #: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty token beside a slash
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
-#: added to the kind of a token that follows a slash instead of a blank
-AFTER_SLASH = 8
+AFTER_SLASH = 8  # added to the kind of a token that follows a slash instead of a blank
 
 
 @dataclass(frozen=True)
