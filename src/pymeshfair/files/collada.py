@@ -138,7 +138,7 @@ class _Reader:
                 check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
                 edges.append(edges_of(table[:, vertex_offset], counts))
                 shades_of_lines.append(look.colour)
-                others = p.findall("input") if has_faces else [i for i, _ in inputs]  # the faces have those of vertices
+                others = p.findall("input") if has_faces else [i for i, _ in inputs]  # faces keep the inputs of `vertices`
                 if unread := {i.get("semantic", "") for i in others} - {"VERTEX", "POSITION"}:
                     self.assembly.lost[f"inputs {', '.join(sorted(unread))} of {p.tag}"] = None
                 continue

@@ -137,7 +137,7 @@ class Assembly:
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
-        """Enters a part of the scene; limits the number of entered parts, since ten levels of groups of ten make 10^10."""
+        """Enters a part of the scene; limits the number of parts, since ten levels of groups of ten make 10^10 instances."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("one of its parts contains itself")
