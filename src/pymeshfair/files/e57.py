@@ -184,7 +184,7 @@ def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uin
 def _extras(file: Any, headers: list[Any]) -> list[str]:
     root = file.image_file.root()
     poses = sum(bool(header.has_pose()) for header in headers)
-    extras = [f"the scanner's places ({poses:,})"] if poses else []
+    extras = [f"the scanner's positions ({poses:,})"] if poses else []
     if root.isDefined("coordinateMetadata") and root["coordinateMetadata"].value().strip():
         extras.append("its coordinate reference system")
     if root.isDefined("images2D") and (pictures := root["images2D"].childCount()):

@@ -566,7 +566,7 @@ def _states_to_write(
     if (number := len(numbered(looks[new])[0])) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: with their {number:,} materials there are over {MOST_MATERIALS:,}")
         looks[:, 1:] = -1
-    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # before the first material, a face without a look needs none
+    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # before the first material, faces without a look need none
     firsts, kinds = numbered(looks[new])
     first = max(texts, default=-1) + 1
     states[new, -1] = first + kinds

@@ -124,7 +124,7 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     """Writes the faces of a mesh as a binary file, with the header of an STL source if `read_stl` kept it."""
     head = mesh.document(bytes) or _HEAD
     if not (m := len(mesh.faces)):
-        raise ContentsError("the format holds triangles alone, and the mesh has none")
+        raise ContentsError("the format holds only triangles, and the mesh has none")
     rows = np.zeros(m, _ROW)
     rows["normal"] = mesh.face_normals
     if np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
@@ -151,7 +151,7 @@ def read_off(path: Path, references: References) -> Reading:
     """Reads an OFF file."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise ContentsError("it is binary; OFF files are read as texts alone")
+        raise ContentsError("it is binary; OFF files are read only as texts")
     tokens = tokenise(data, joins=True)
     keyword = tokens.line(0).split()[0].decode("latin-1") if len(tokens.numbers) else "nothing"
     prefix = keyword.removesuffix("OFF")
@@ -340,5 +340,5 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 def _curves(mesh: MeshData) -> list[list[int]]:
     if not len(mesh.edges):
-        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section cuts a mesh into some")
+        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section makes curves from a mesh")
     return list(polylines(mesh.edges))
