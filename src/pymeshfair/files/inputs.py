@@ -22,7 +22,7 @@ from ..places import counted
 from .errors import ContentsError, InputError, reason_of
 from .formats import READABLE, UNCHECKED, extension, listed, load_function
 
-IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")  # that MeshLab reads, in Pillow's names
+IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")  # formats that MeshLab reads, in Pillow's names
 LARGEST_IMAGE = 1 << 28  # pixels of the largest texture, 16,384 x 16,384, which take 1 GB of memory
 #: an image of more than `_SMALL_IMAGE` pixels (128 MB in memory) may have at most `_PIXELS_A_BYTE` pixels per byte of its file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256

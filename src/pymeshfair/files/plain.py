@@ -47,7 +47,7 @@ def read_stl(path: Path, references: References) -> Reading:
             corners = rows["corners"].astype(np.float64)
         head, (colors, others) = data[:80], _colors(data[:80], rows["bits"])
         if others:
-            extras.append(f"the data behind {others:,} of its facets, which is no colour")
+            extras.append(f"the data after {others:,} of its facets, which is no colour")
     elif not text:
         if b"\0" in data[:84] and declared >= 0:
             needed = f"{declared:,} triangles, which take {84 + 50 * declared:,} bytes"
@@ -104,7 +104,7 @@ def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
     if not len(solids) or len(solids) % 2 or not begins[solids[0::2]].all() or not ends[solids[1::2]].all():
         raise ContentsError("it is cut short: 'solid' and 'endsolid' do not come in pairs")
     if solids[0] != 0 or solids[-1] != len(words) - 1:
-        raise ContentsError("it has something before 'solid' or behind 'endsolid'")
+        raise ContentsError("it has something before 'solid' or after 'endsolid'")
     lines = np.flatnonzero(~(begins | ends))
     whole = len(lines) - len(lines) % len(_FACET)
     wrong = words[lines[:whole]].reshape(-1, len(_FACET)) != np.array([word(w) | _SMALL for w, _ in _FACET])
@@ -212,7 +212,7 @@ def _vertices(tokens: Tokens, lines: Longs, prefix: str) -> tuple[Floats, dict[s
 
 
 def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArray[np.uint8]:
-    """Reads (l, 4) colours behind the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
+    """Reads (l, 4) colours after the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
     places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
     kinds, values = tokens.kinds[places], tokens.values[places]
     for wrong, why in (

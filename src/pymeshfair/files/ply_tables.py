@@ -356,7 +356,7 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))
     if b"#" in body:
-        raise ContentsError("it has comments behind its header")
+        raise ContentsError("it has comments after its header")
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:
