@@ -103,7 +103,7 @@ def _placed() -> Iterator[Made]:
         yield Made(f"order_{name}.dae", document(one, _node(*order)), **boxes(np.linalg.multi_dot([_MATRIX[t] for t in order])))
     m = moved(1, 2, 3) @ turned(0, 1, 1, 30) @ scaled(1, 2, 3)
     text = f"<matrix>{words(m)}</matrix>"
-    yield Made("matrix.dae", document(one, _node(text)), **boxes(m))
+    yield Made("matrix_times_2.dae", document(one, _node(f"<matrix>{words(2 * m)}</matrix>")), **boxes(m))
     yield Made("matrix_and_scale.dae", document(one, _node(_S, text, _T)), **boxes(_MATRIX[_S] @ m @ _MATRIX[_T]))
     turns = "<rotate>0 0 1 90</rotate><rotate>0 1 0 45</rotate><rotate>1 0 0 30</rotate>"
     yield Made(

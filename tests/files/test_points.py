@@ -208,7 +208,7 @@ def test_grids_of_a_scanner(tmp_path: Path) -> None:
     white = "1 of its 2 grids have no colours, and are white"
     assert reading.doubts == ("2 positions in its grids have no measured point and are left out", white)
     assert mesh.source is not None
-    assert mesh.source.extras == ("the scanner's places (2)",)
+    assert mesh.source.extras == ("the scanner's positions (2)",)
     places = points[left, :3]
     np.testing.assert_allclose(mesh.vertices, np.concatenate([places, places @ turn[:3, :3] + [10, 20, 30]]), atol=1e-15)
     np.testing.assert_array_equal(mesh.vertex_attributes["intensity"], np.tile(points[left, 3], 2))

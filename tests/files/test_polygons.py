@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,14 @@ def test_polygons_come_back_from_their_triangles(seed: int, lengths: list[int]) 
     firsts = [min(t for t, face in enumerate(faces.tolist()) if set(face) <= set(rim.tolist())) for rim in rims]
     assert firsts == sorted(firsts)
     assert [t // 3 for t in found.places[np.cumsum(found.lengths) - found.lengths]] == found.triangles.tolist()
+
+
+def test_the_time_of_a_comb_is_quadratic() -> None:
+    """At first most convex corners of a comb are no ears: with a full search for each ear, it takes over ten seconds."""
+    teeth = np.column_stack([np.arange(2000), np.tile([0.0, 10.0], 1000), np.zeros(2000)])
+    vertices, start = np.concatenate([teeth - [0, 1, 0], teeth[::-1]]), time.process_time()
+    assert len(triangulated(vertices, np.arange(4000), np.array([4000]))[0]) == 3998
+    assert time.process_time() - start < 5.0
 
 
 def test_a_polygon_whose_triangles_differ_is_triangles() -> None:

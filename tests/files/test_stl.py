@@ -20,7 +20,7 @@ OF_MESHLAB = b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f \x7f\x7f\x7f \x7f\x7f\x7
 
 
 def binary(corners: np.ndarray, bits: list[int], head: bytes = b"") -> bytes:
-    """A file of (m, 3, 3) corners, with these two bytes behind the facets."""
+    """A file of (m, 3, 3) corners, with these two bytes after each facet."""
     rows = np.zeros(len(corners), [("n", "<f4", 3), ("v", "<f4", (3, 3)), ("bits", "<u2")])
     rows["v"], rows["bits"] = corners, bits
     return head.ljust(80) + struct.pack("<I", len(rows)) + rows.tobytes()
@@ -84,9 +84,9 @@ def test_other_bits_are_named(tmp_path: Path) -> None:
     """What stands behind a facet and is no colour is in no output, and is said."""
     mesh = read(tmp_path / "a.stl", binary(sphere(), list(range(80)), b"made on Monday"))
     assert mesh.source is not None
-    assert mesh.source.extras == ("its head 'made on Monday'", "the data behind 79 of its facets, which is no colour")
+    assert mesh.source.extras == ("its head 'made on Monday'", "the data after 79 of its facets, which is no colour")
     for name in ("b.stl", "b.ply"):
-        assert "behind 79 of its facets" in " ".join(save(mesh, tmp_path / name))
+        assert "after 79 of its facets" in " ".join(save(mesh, tmp_path / name))
 
 
 def test_what_is_written_is_read_everywhere(tmp_path: Path) -> None:

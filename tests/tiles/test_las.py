@@ -189,7 +189,7 @@ def test_the_losses_of_an_e57_file_are_told(extension: str, tmp_path: Path) -> N
         done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / f"out.{extension}", *options, "--overwrite")
         lines = [line for line in done.stderr.splitlines() if line.startswith("warning: ")]
         told.append({line for line in lines if "its scale is" not in line and "done by tiles" not in line})
-    assert f"warning: out.{extension} does not hold these contents of in.e57: the scanner's places (2)" in told[0]
+    assert f"warning: out.{extension} does not hold these contents of in.e57: the scanner's positions (2)" in told[0]
     assert told[0] == told[1]
 
 

@@ -39,7 +39,7 @@ def read_collada(path: Path, references: References) -> Reading:
     unit, axis = root.find("./asset/unit"), (root.findtext("./asset/up_axis") or "Y_UP").strip()
     metres = numbers(unit.get("meter", "1"), "the unit", 1)[0] if unit is not None else 1.0
     short = next((name for name, length in METRES.items() if abs(metres - length) <= 1e-6 * length), None)
-    extras = [f"{kind}s" for kind in _LOST if kind in kinds]
+    extras = [f"{kind}{'es' if kind.endswith('sh') else 's'}" for kind in _LOST if kind in kinds]
     extras += [f"its unit of {metres:g} m"] if short is None else []
     extras += [f"its upright axis {quoted(axis, 30)}"] if axis != "Y_UP" else []
     return reader.assembly.reading(path, "dae", extras, None if unit is None else short)
@@ -138,7 +138,7 @@ class _Reader:
                 check_range(table[:, vertex_offset], 0, len(points), f"the corners of its {p.tag}")
                 edges.append(edges_of(table[:, vertex_offset], counts))
                 shades_of_lines.append(look.colour)
-                others = p.findall("input") if has_faces else [i for i, _ in inputs]  # faces read the inputs of vertices
+                others = p.findall("input") if has_faces else [i for i, _ in inputs]  # faces keep the inputs of `vertices`
                 if unread := {i.get("semantic", "") for i in others} - {"VERTEX", "POSITION"}:
                     self.assembly.lost[f"inputs {', '.join(sorted(unread))} of {p.tag}"] = None
                 continue
@@ -243,7 +243,7 @@ def _transform(part: Element) -> Floats:
     matrix = v.reshape(4, 4)
     if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
         raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
-    return matrix
+    return np.asarray(matrix / matrix[3, 3])
 
 
 def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]:
@@ -274,7 +274,7 @@ def _corners(p: Element, stride: int, vertex_offset: int) -> tuple[Longs, Longs]
 
 
 def _whole(part: Element, name: str, least: int | None = None) -> int:
-    """Parses a whole-number attribute of an element; `least` is its lower bound and its default."""
+    """Parses a whole-number attribute of an element; `least` is its lower bound and its default; None: 0, and required."""
     text = part.get(name, "" if least is None else str(least))
     if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
         raise ContentsError(f"the {name} of a {part.tag} of it is {quoted(text)}, no whole number from {least or 0} to 10^15 - 1")

@@ -71,7 +71,7 @@ class _Survey:
         standard = (*_PLACE, *_SPHERE, *_INVALID, *(_COLOR if self._colored else ()))
         names = dict.fromkeys(name for kinds in self._kinds for name in kinds if name not in standard)
         vector = _NORMAL if self._has_normals else ()
-        #: for each field that becomes an attribute: whether all scans that have it store 32-bit integers
+        #: for each field that becomes a custom attribute: whether all scans that have it store 32-bit integers
         self._whole = {name: all(kinds.get(name, True) for kinds in self._kinds) for name in names if name not in vector}
         lacking = {name: sum(name not in kinds for kinds in self._kinds) for name in names}
         scans = f"of its {len(self.headers):,} scans have no"
@@ -167,7 +167,7 @@ def _turned(header: Any, vectors: Floats) -> Floats:
 
 
 def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uint8]:
-    """Returns (n, 4) 8-bit colours, scaled from the scan's colour limits, else from 0 to 255 or 65535; white without colours."""
+    """Returns (n, 4) 8-bit colours, scaled from the scan's limits, else from 0 to 255 or, if wider, 65535; white without any."""
     from pye57 import libe57
 
     levels = np.full((count, 4), 255, np.uint8)
@@ -184,7 +184,7 @@ def _colors(header: Any, fields: dict[str, Array], count: int) -> NDArray[np.uin
 def _extras(file: Any, headers: list[Any]) -> list[str]:
     root = file.image_file.root()
     poses = sum(bool(header.has_pose()) for header in headers)
-    extras = [f"the scanner's places ({poses:,})"] if poses else []
+    extras = [f"the scanner's positions ({poses:,})"] if poses else []
     if root.isDefined("coordinateMetadata") and root["coordinateMetadata"].value().strip():
         extras.append("its coordinate reference system")
     if root.isDefined("images2D") and (pictures := root["images2D"].childCount()):

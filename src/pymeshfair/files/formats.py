@@ -43,12 +43,12 @@ class Format:
 
     def lost(self, present: set[str]) -> list[str]:
         lost = present - self.holds
-        if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
+        if self.extension in _WEDGES_FIRST and "wedge texture coordinates" in present:
             lost |= present & {"vertex texture coordinates"}
         return [a for a in ATTRIBUTES if a in lost]
 
 
-_ONE_PLACE = ("obj", "glb")  # formats that hold texture coordinates of vertices only if corners of faces have none
+_WEDGES_FIRST = ("obj", "glb")  # formats that hold texture coordinates of vertices only if corners of faces have none
 _FLOAT = 2.0**-24  # rounding to single precision
 _OBJ = frozenset(ATTRIBUTES) - {"vertex scalars", "face scalars", "custom attributes", "vertex radii"}
 _OBJ -= {"vertex opacities", "face opacities"}

@@ -1,7 +1,7 @@
 """Reads a mesh file of any format as a `MeshData`, and finds the files that it names.
 
 Scans are not trusted, and the files that they name are copied beside the output. So a name may lead only to a regular file in
-the folder of the mesh, after links are resolved, and the content of a texture must be an image.
+or below the folder of the mesh, after links are resolved, unless the user allows others. A texture's content must be an image.
 """
 
 import os
@@ -22,7 +22,7 @@ from ..places import counted
 from .errors import ContentsError, InputError, reason_of
 from .formats import READABLE, UNCHECKED, extension, listed, load_function
 
-IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")  # that MeshLab reads, in Pillow's names
+IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")  # formats that MeshLab reads, in Pillow's names
 LARGEST_IMAGE = 1 << 28  # pixels of the largest texture, 16,384 x 16,384, which take 1 GB of memory
 #: an image of more than `_SMALL_IMAGE` pixels (128 MB in memory) may have at most `_PIXELS_A_BYTE` pixels per byte of its file
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256

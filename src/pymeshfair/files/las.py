@@ -169,8 +169,8 @@ def write_las_pieces(
 ) -> tuple[str, ...]:
     """Writes a cloud in pieces with equal attributes; `pieces` is called twice: to measure, and to write.
 
-    With `writing`, coordinates keep the scale factors of the document if these suffice; without it, the scale factor is the
-    finest power of ten that 32 bits allow. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
+    With `writing`, the scale factors are those of the document, else 0.01, if these suffice, else the largest power of ten that
+    does; without it, the finest in 32 bits. Raises `ContentsError` if the format cannot hold the cloud, or laspy is missing.
     """
     laspy, errors = _laspy()
     to_measure = pieces()
@@ -272,7 +272,7 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
 
 
 def _dimensions(header: Any, columns: dict[str, Array], ranges: _Ranges, notes: list[str]) -> _Stored:
-    """Chooses or declares a dimension for each column: `name_` if the standard dimension `name` cannot hold its numbers."""
+    """Chooses or declares a dimension for each column: `name_` if `name` is reserved or cannot hold its numbers."""
     import laspy
 
     standard = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}

@@ -61,16 +61,13 @@ _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 #: a comment that has more than number signs and blanks, except "#MRGB", the colours of ZBrush
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")  # the face attributes that an OBJ file holds
-#: how many numbers a vertex may have: a position, then nothing, a weight, a colour, or a colour and an opacity
-_VERTEX = (3, 4, 6, 7)
-#: the largest number of corners of a face; the time of triangulation grows with the square of this number
-LARGEST_FACE = 10_000
+_VERTEX = (3, 4, 6, 7)  # how many numbers a vertex may have: a position, then nothing, a weight, a colour, or colour and opacity
+LARGEST_FACE = 10_000  # the largest number of corners of a face; the time of triangulation grows with the square of this number
 _GREY = (192, 192, 192, 255)  # the colour that faces without a material have in MeshLab
 _LEVELS = "the colours of its vertices go above 1: they are read as levels from 0 to 255, not as shares from 0.0 to 1.0"
 #: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands
 MATERIAL_LIMIT, MOST_MATERIALS = 16 << 20, 20_000
-#: how many numbers follow each keyword of a material file
-_NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
+_NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}  # how many numbers follow a keyword of a material
 #: the options of a texture map, with values; the name of its file follows them
 _OPTIONS = re.compile(r"(?:-(?:(?:blendu|blendv|boost|bm|cc|clamp|imfchan|texres) \S+|mm \S+ \S+|[ost](?: [-+.\deE]+){0,3}) )*")
 #: the share level / 255 of each colour level, rounded up at the sixth decimal: 255 x share, rounded or truncated, is the level
@@ -152,7 +149,7 @@ class ObjDocument:
     """The data of an OBJ file that the writer needs."""
 
     data: bytes
-    tokens: Tokens  # without kinds and values of words
+    tokens: Tokens  # without `kinds`, `values` and `first`
     mesh: MeshData
     width: int  # how many numbers the line of a vertex has; 0 if three of them are a colour in levels
     normals: Floats  # (k, 3) on the ``vn`` lines
@@ -569,7 +566,7 @@ def _states_to_write(
     if (number := len(numbered(looks[new])[0])) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: with their {number:,} materials there are over {MOST_MATERIALS:,}")
         looks[:, 1:] = -1
-    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # a face without a material would keep the one before it
+    new &= np.logical_or.accumulate(~new | (looks >= 0).any(axis=1))  # before the first material, faces without a look need none
     firsts, kinds = numbered(looks[new])
     first = max(texts, default=-1) + 1
     states[new, -1] = first + kinds

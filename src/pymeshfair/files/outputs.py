@@ -94,9 +94,9 @@ def material_path(output: Path) -> Path:
 
 
 def stage_textures(
-    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, prefixed: bool = False
+    textures: Sequence[Texture], output: Path, stage: Path, *, record: Mapping[str, Any] | None, own_texture_names: bool = False
 ) -> tuple[list[StagedFile], tuple[Path, ...], dict[str, str]]:
-    """Writes textures to the staging folder; with `prefixed` their names begin with the name of the output.
+    """Writes textures to the staging folder; with `own_texture_names` their names begin with the name of the output.
 
     Returns the files to put in place, the textures already in place, and by texture name the file name beside the output.
     """
@@ -111,7 +111,7 @@ def stage_textures(
             continue
         staged = stage / f"texture-{number}{Path(name).suffix or '.png'}"
         stage_file(staged, output, texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image)
-        wished = f"{output.name}-{name}" if prefixed else name
+        wished = f"{output.name}-{name}" if own_texture_names else name
         images = [t.image for t in textures if isinstance(t.image, Path)]
         target, in_place = _free_target(output, wished, staged, record, {*reused, *(f.target for f in files)}, images)
         names[texture.name] = target.name
@@ -194,7 +194,7 @@ def save_mesh(
         warnings.append(without_extras(output, source.path, source.extras))
     images = source.images if source is not None and source.format == kind.extension else ()
     every = (*mesh.textures, *images) if "textures" in kind.holds and kind.extension != "glb" else ()
-    side_files, reused, names = stage_textures(every, output, stage, record=record, prefixed=own_texture_names)
+    side_files, reused, names = stage_textures(every, output, stage, record=record, own_texture_names=own_texture_names)
     warnings += [f"the texture {t.name!r} does not exist; the output still refers to it" for t in every if t.image is None]
     writing = Writing(resolution, names, material_path(output).name, [], extension(output))
     staged = stage / output.name

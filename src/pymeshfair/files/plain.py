@@ -47,7 +47,7 @@ def read_stl(path: Path, references: References) -> Reading:
             corners = rows["corners"].astype(np.float64)
         head, (colors, others) = data[:80], _colors(data[:80], rows["bits"])
         if others:
-            extras.append(f"the data behind {others:,} of its facets, which is no colour")
+            extras.append(f"the data after {others:,} of its facets, which is no colour")
     elif not text:
         if b"\0" in data[:84] and declared >= 0:
             needed = f"{declared:,} triangles, which take {84 + 50 * declared:,} bytes"
@@ -104,7 +104,7 @@ def _text_corners(tokens: Tokens) -> tuple[Floats, int]:
     if not len(solids) or len(solids) % 2 or not begins[solids[0::2]].all() or not ends[solids[1::2]].all():
         raise ContentsError("it is cut short: 'solid' and 'endsolid' do not come in pairs")
     if solids[0] != 0 or solids[-1] != len(words) - 1:
-        raise ContentsError("it has something before 'solid' or behind 'endsolid'")
+        raise ContentsError("it has something before 'solid' or after 'endsolid'")
     lines = np.flatnonzero(~(begins | ends))
     whole = len(lines) - len(lines) % len(_FACET)
     wrong = words[lines[:whole]].reshape(-1, len(_FACET)) != np.array([word(w) | _SMALL for w, _ in _FACET])
@@ -124,7 +124,7 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     """Writes the faces of a mesh as a binary file, with the header of an STL source if `read_stl` kept it."""
     head = mesh.document(bytes) or _HEAD
     if not (m := len(mesh.faces)):
-        raise ContentsError("the format holds triangles alone, and the mesh has none")
+        raise ContentsError("the format holds only triangles, and the mesh has none")
     rows = np.zeros(m, _ROW)
     rows["normal"] = mesh.face_normals
     if np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
@@ -151,7 +151,7 @@ def read_off(path: Path, references: References) -> Reading:
     """Reads an OFF file."""
     data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise ContentsError("it is binary; OFF files are read as texts alone")
+        raise ContentsError("it is binary; OFF files are read only as texts")
     tokens = tokenise(data, joins=True)
     keyword = tokens.line(0).split()[0].decode("latin-1") if len(tokens.numbers) else "nothing"
     prefix = keyword.removesuffix("OFF")
@@ -212,7 +212,7 @@ def _vertices(tokens: Tokens, lines: Longs, prefix: str) -> tuple[Floats, dict[s
 
 
 def _colors_of(tokens: Tokens, lines: Longs, skipped: Longs, size: int) -> NDArray[np.uint8]:
-    """Reads (l, 4) colours behind the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
+    """Reads (l, 4) colours after the first `skipped` words of each line: whole numbers up to 255, or decimals up to 1."""
     places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
     kinds, values = tokens.kinds[places], tokens.values[places]
     for wrong, why in (
@@ -340,5 +340,5 @@ def write_svg(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 def _curves(mesh: MeshData) -> list[list[int]]:
     if not len(mesh.edges):
-        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section cuts a mesh into some")
+        raise ContentsError("a drawing holds curves, and the mesh has none: the recipe smooth_section makes curves from a mesh")
     return list(polylines(mesh.edges))

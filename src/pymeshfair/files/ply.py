@@ -34,7 +34,7 @@ class PlyDocument:
     header: PlyHeader
     tables: Mapping[str, Table]  # the rows of its elements
     data: NDArray[np.uint8]  # its bytes
-    tokens: Tokens | None = None  # the tokens behind the header, if the file is a text
+    tokens: Tokens | None = None  # the tokens after the header, if the file is a text
     row_of_face: Ints | None = None  # (m,) each triangle's row of ``face``; None if equal to its number, or if `has_other_faces`
     has_other_faces: bool = False  # whether triangles come from strips or a grid, and not from rows of ``face``
     wedges: Array | None = None  # (m, 3, 2) texture coordinates of triangle corners, or None

@@ -140,7 +140,7 @@ def _plain(type_: str) -> str:
 
 
 def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Sequence[str] | None = None) -> bytes:
-    """Returns the header with only `elements`, their properties in the given order, and `textures` in place of its own."""
+    """Returns the header with only `elements`, their properties in the given order, and `textures` (None: its own)."""
     missing, textures = {e.name: e for e in elements}, header.textures if textures is None else textures
     names, further = list(textures[: len(header.textures)]), textures[len(header.textures) :]
     undeclared: dict[str, PlyProperty] = {}  # properties of the element that are not declared yet
@@ -356,7 +356,7 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
     tokens = tokenise(body)
     tokens = replace(tokens, numbers=tokens.numbers + len(header.text.splitlines()))
     if b"#" in body:
-        raise ContentsError("it has comments behind its header")
+        raise ContentsError("it has comments after its header")
     tables: dict[str, Table] = {}
     line, position = 0, header.size
     for element in header.elements:

@@ -34,8 +34,8 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
     if (document := mesh.document(PlyDocument)) is None:
         document = PlyDocument(ply_tables.parse_header(_HEAD), {}, np.empty(0, np.uint8))
     notes: list[str] = []
-    rows = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
-    written = {row.element.name: row for row in rows if row is not None}
+    tables = (_vertex_rows(mesh, document, writing, notes), _face_rows(mesh, document, notes), _edge_rows(mesh, document))
+    written = {table.element.name: table for table in tables if table is not None}
     elements: dict[str, PlyElement] = {}
     renumbered = [what for what, ids in (("vertices", mesh.vertex_ids), ("faces", mesh.face_ids)) if ids is not None]
     for element in document.header.elements:
@@ -49,7 +49,7 @@ def write_ply(mesh: MeshData, target: BinaryIO, writing: Writing | None = None) 
             elements[name] = element
         else:
             notes.append(f"element {name!r} ({element.count:,}), which names {' and '.join(stale)} by their numbers, is left out")
-    elements |= {name: row.element for name, row in written.items()}
+    elements |= {name: table.element for name, table in written.items()}
     textures = [t.name if writing is None else writing.textures.get(t.name, t.name) for t in mesh.textures]
     target.write(ply_tables.header_bytes(document.header, list(elements.values()), textures))
     is_text, kept_bytes, last = document.header.format == "ascii", None, b"\n"
@@ -272,14 +272,14 @@ def _wide_enough(p: PlyProperty, column: Column) -> PlyProperty:
     return p
 
 
-def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
-    element = row.element
-    widths = {name: column.width for name, column in row.columns.items() if isinstance(column, Lists)}
+def _write_binary(target: BinaryIO, table: Table, order: str) -> None:
+    element = table.element
+    widths = {name: column.width for name, column in table.columns.items() if isinstance(column, Lists)}
     if element.count and None in widths.values():
-        target.write(_packed(row, order))
+        target.write(_packed(table, order))
         return
     rows = np.zeros(element.count, ply_tables.row_type(element, order, {name: width or 0 for name, width in widths.items()}))
-    for name, column in row.columns.items():
+    for name, column in table.columns.items():
         if isinstance(column, Lists):
             rows[f"{name} count"] = column.lengths
             with np.errstate(over="ignore"):
@@ -289,11 +289,11 @@ def _write_binary(target: BinaryIO, row: Table, order: str) -> None:
     target.write(rows.tobytes())
 
 
-def _packed(row: Table, order: str) -> bytes:
-    n = row.element.count
+def _packed(table: Table, order: str) -> bytes:
+    n = table.element.count
     fields: list[tuple[NDArray[np.uint8], Longs]] = []  # by field: the bytes of all rows, and the byte count of each row
-    for p in row.element.properties:
-        column, kind = row.columns[p.name], np.dtype(order + KINDS[p.type])
+    for p in table.element.properties:
+        column, kind = table.columns[p.name], np.dtype(order + KINDS[p.type])
         if isinstance(column, Lists):
             counts = column.lengths.astype(np.dtype(order + KINDS[p.count_type or "int"]))
             fields.append((counts.view(np.uint8), np.full(n, counts.dtype.itemsize)))
@@ -309,28 +309,28 @@ def _packed(row: Table, order: str) -> bytes:
     return buffer.tobytes()
 
 
-def _file_bytes(row: Table, document: PlyDocument) -> bytes | memoryview | None:
+def _file_bytes(table: Table, document: PlyDocument) -> bytes | memoryview | None:
     """Returns the rows as in the source file; in text, changed numbers are replaced. None if rows must be written anew."""
-    if row.bytes is None:
+    if table.bytes is None:
         return None
-    start, end = row.bytes
-    data, tokens, properties = document.data[start:end], document.tokens, row.element.properties
-    if not row.changed:
+    start, end = table.bytes
+    data, tokens, properties = document.data[start:end], document.tokens, table.element.properties
+    if not table.changed:
         return data.data
-    columns = [k for k, p in enumerate(properties) if p.name in row.changed]
-    if tokens is None or row.lines is None or any(p.count_type for p in properties[: columns[-1] + 1]):
+    columns = [k for k, p in enumerate(properties) if p.name in table.changed]
+    if tokens is None or table.lines is None or any(p.count_type for p in properties[: columns[-1] + 1]):
         return None
-    before, names = document.tables[row.element.name].columns, [properties[k].name for k in columns]
-    new = [np.asarray(row.columns[name]) for name in names]
+    before, names = document.tables[table.element.name].columns, [properties[k].name for k in columns]
+    new = [np.asarray(table.columns[name]) for name in names]
     differs = [a != np.asarray(before[name]) for a, name in zip(new, names, strict=True)]
-    spans, new_words = changed_words(tokens, row.lines, columns, new, differs)
+    spans, new_words = changed_words(tokens, table.lines, columns, new, differs)
     return patched(data.tobytes(), spans - (start - document.header.size), new_words)
 
 
-def _lines(row: Table) -> Iterator[bytes]:
+def _lines(table: Table) -> Iterator[bytes]:
     columns: list[list[bytes]] = []
-    for p in row.element.properties:
-        column = row.columns[p.name]
+    for p in table.element.properties:
+        column = table.columns[p.name]
         column_words = words((column.values if isinstance(column, Lists) else column).astype(KINDS[p.type]))
         if isinstance(column, Lists):
             column_words = [b" ".join((b"%d" % len(run), *run)) for run in runs(column_words, column.lengths)]

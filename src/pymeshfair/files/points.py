@@ -168,13 +168,13 @@ def read_ptx(path: Path, references: References) -> Reading:
     if b"#" in data:
         raise ContentsError("it has comments, which the format does not allow")
     tokens = tokenise(data)
-    grids, places, line = [], [], 0
+    grids, positions, line = [], [], 0
     while line < len(tokens.numbers):
-        grid, place = _grid(tokens, line)
+        grid, position = _grid(tokens, line)
         grids.append(grid)
-        places += [place] if place else []
+        positions += [position] if position else []
         line += len(_HEAD) + len(grid)
-    extras = (f"the scanner's places ({len(places):,})",) if len(places) > 1 else tuple(places)
+    extras = (f"the scanner's positions ({len(positions):,})",) if len(positions) > 1 else tuple(positions)
     widest = max((grid.shape[1] for grid in grids), default=_PLAIN)
     bare = sum(grid.shape[1] < widest for grid in grids if len(grid))
     grids = [np.pad(grid, ((0, 0), (0, widest - grid.shape[1])), constant_values=255.0) for grid in grids]
@@ -222,11 +222,11 @@ def _grid(tokens: Tokens, line: int) -> tuple[Floats, str]:
         if not np.isfinite(rows[finite, :3]).all():
             raise ContentsError("a grid's matrix makes points infinite")
     rows[missing, :3] = np.nan
-    return rows, f"the scanner's place {' '.join(f'{x:g}' for x in position)}" if is_moved or position.any() else ""
+    return rows, f"the scanner's position {' '.join(f'{x:g}' for x in position)}" if is_moved or position.any() else ""
 
 
 def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
-    """Writes the columns of the text that was read; default ones if none was, or from .pts to .xyz, or from others to .pts."""
+    """Writes the columns of the source text; default columns without one, from .pts to .xyz, and from other formats to .pts."""
     counted, source, document = writing.extension == "pts", mesh.source, mesh.document(PointsDocument)
     extras = () if document is None or source is None else source.extras
     is_of_pts = source is not None and source.path.suffix.lower() == ".pts"

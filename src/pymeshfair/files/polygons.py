@@ -15,8 +15,8 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
     """Triangulates polygons: k - 2 triangles for a polygon of k corners, in the order of the polygons.
 
     `corners` has the (c,) vertex indices of all polygons in turn, `lengths` the number of corners of each, at least 3. Returns
-    (m, 3) indices into `corners`; (m,) the polygon of each triangle, or a full slice if all polygons are triangles; and the
-    attribute ``polygon`` of the triangles, see `outlines`.
+    (m, 3) indices into `corners`; (m,) the polygon of each triangle; and a dict with the attribute ``polygon`` of the triangles,
+    see `outlines`. If all polygons are triangles, the last two are a full slice and an empty dict.
     """
     if not len(lengths) or (lengths == 3).all():
         return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), slice(None), {}
@@ -138,13 +138,13 @@ def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
 
 
 @compiled
-def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: Any) -> bool:
-    """Whether corner k of the remaining polygon is convex and its triangle contains no other corner."""
+def _is_ear(points: Any, corners: Any, left: Any, outside: Any, count: int, k: int, normal: Any) -> bool:
+    """Whether remaining corner k is convex and its triangle contains no other; those below `outside[k]` were found outside."""
     a, b, c = corners[left[(k + count - 1) % count]], corners[left[k]], corners[left[(k + 1) % count]]
     if _turn(points, a, b, c, normal) <= 0.0:
         return False
-    for j in range(count):
-        p = corners[left[j]]
+    for j in range(np.searchsorted(left[:count], outside[k]), count):
+        p, outside[k] = corners[left[j]], left[j]
         if p != a and p != b and p != c:
             inside = _turn(points, a, b, p, normal) >= 0.0 and _turn(points, b, c, p, normal) >= 0.0
             if inside and _turn(points, c, a, p, normal) >= 0.0:
@@ -156,7 +156,7 @@ def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: An
 def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> None:
     """Fills `places` with the triangles of polygons: a fan for a convex polygon, otherwise ears, then a fan if no ear is left."""
     start, f = 0, 0
-    normal = np.empty(3)
+    normal, outside = np.empty(3), np.empty_like(left)  # `outside` of `_is_ear` is kept, so that time is quadratic
     for length in lengths:
         normal[:] = 0.0
         for k in range(length):  # Newell's normal
@@ -170,19 +170,21 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> Non
                 a, b, c = corners[start + k], corners[start + (k + 1) % length], corners[start + (k + 2) % length]
                 convex = convex and _turn(points, a, b, c, normal) >= 0.0
         for k in range(length):
-            left[k] = start + k
+            left[k], outside[k] = start + k, 0
         count = length
         while not convex and count > 3:
             for ear in range(count):
-                if _is_ear(points, corners, left, count, ear, normal):
+                if _is_ear(points, corners, left, outside, count, ear, normal):
                     break
             else:
                 break  # the polygon crosses itself: its rest becomes a fan
-            places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
+            before, after = (ear + count - 1) % count, (ear + 1) % count
+            places[f, 0], places[f, 1], places[f, 2] = left[before], left[ear], left[after]
+            outside[before], outside[after] = 0, 0
             f += 1
             count -= 1
             for k in range(ear, count):
-                left[k] = left[k + 1]
+                left[k], outside[k] = left[k + 1], outside[k + 1]
         for k in range(1, count - 1):
             places[f, 0], places[f, 1], places[f, 2] = left[0], left[k], left[k + 1]
             f += 1

@@ -20,15 +20,12 @@ from .inputs import Reading, References, quoted
 from .polygons import triangulated
 from .tokens import is_number
 
-#: the largest depth of nested elements or parts; usual scenes have about ten levels
-DEEPEST = 200
-#: the largest number of elements of a tree; this many take two seconds and 300 MB
-_MOST_ELEMENTS = 500_000
+DEEPEST = 200  # the largest depth of nested elements or parts; usual scenes have about ten levels
+_MOST_ELEMENTS = 500_000  # the largest number of elements of a tree; this many take two seconds and 300 MB
 #: the largest number of parts that a scene places, groups included, and of vertices and faces of all instances together
 MOST_PLACED, _MOST_MADE = 100_000, 100_000_000
 NO_TEXTURE = "texture coordinates without a texture"
-#: values of an attribute in parts that lack it
-_DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
+_DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}  # values of an attribute in parts that lack it; 0 for others
 
 
 def parse_xml(
@@ -140,7 +137,7 @@ class Assembly:
 
     @contextmanager
     def within(self, part: Hashable) -> Iterator[None]:
-        """Enters a part of the scene; limits the number of entered parts, since ten nested groups of ten make 10^10 instances."""
+        """Enters a part of the scene; limits the number of parts, since ten levels of groups of ten make 10^10 instances."""
         self._entered += 1
         if part in self._open:
             raise ContentsError("one of its parts contains itself")

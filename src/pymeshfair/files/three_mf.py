@@ -35,8 +35,7 @@ _KNOWN = {
     **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
-#: beginnings and ends of the names of attributes that are ignored without a note
-_UNSAID = ("xmlns", "xml:", "UUID")
+_UNSAID = ("xmlns", "xml:", "UUID")  # beginnings and ends of the names of attributes that are ignored without a note
 #: extensions that are read: materials, and models in several files
 _SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
 _UNDERSTOOD = (f"{_SPACE}material/2015/02", f"{_SPACE}production/2015/06")
@@ -272,7 +271,7 @@ _RELATIONS = (
 def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
     """Writes a mesh as the only object of a 3MF file, with every digit; the unit is the mesh's if 3MF has that unit, else mm."""
     if not len(mesh.faces):
-        raise ContentsError("the format holds triangles alone, and the mesh has none")
+        raise ContentsError("the format holds only triangles, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
     notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
     group, properties, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)

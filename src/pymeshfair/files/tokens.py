@@ -17,8 +17,7 @@ from .inputs import quoted
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-#: all integers up to this one are exact in double precision
-_EXACT = 1 << 53
+_EXACT = 1 << 53  # all integers up to this one are exact in double precision
 _INFINITY = np.frombuffer(b"infinity", np.uint8)
 
 
@@ -142,8 +141,7 @@ def lex(
 
 #: kinds of tokens: a word, an integer, a decimal, nan or infinity, and an empty token beside a slash
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
-#: added to the kind of a token that follows a slash instead of a blank
-AFTER_SLASH = 8
+AFTER_SLASH = 8  # added to the kind of a token that follows a slash instead of a blank
 
 
 @dataclass(frozen=True)
@@ -195,7 +193,7 @@ def _inside_words(text: bytes) -> Bools:
 
 
 def tokenise(raw: bytes, *, slashes: bool = False, joins: bool = False) -> Tokens:
-    """Splits a text into tokens; with `slashes` also at slashes, as in OBJ faces; with `joins` after lines are `joined`."""
+    """Splits a text into tokens; with `slashes` also at slashes, as in OBJ faces; with `joins`, lines are `joined` first."""
     data = joined(raw) if joins else raw
     text = np.frombuffer(data, dtype=np.uint8)
     inside = _inside_words(data)

@@ -41,9 +41,9 @@ class MeshState:
     """One mesh and its measures."""
 
     mesh: MeshData
-    #: the fields of `SurfaceMeasures`, and these: number of ``border_loops``, broken borders included;
-    #: number of ``holes``, border loops that are no outer borders; number of ``self_intersecting_faces``, None if not searched;
-    #: ``noise``, the trait of `traits_of` in mesh units, None for a cloud; ``sharp_edge_length`` in mesh units
+    #: the fields of `SurfaceMeasures`, and these: number of ``border_loops``, broken borders included; number of ``holes``,
+    #: border loops with "no" in `outer_borders`; number of ``self_intersecting_faces``, None if not searched; ``noise``, the
+    #: trait of `traits_of` in mesh units, None without faces; ``sharp_edge_length`` in mesh units
     measures: dict[str, Any]
     sharp: SharpEdges
 

@@ -303,11 +303,9 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
 
 
 INK = (40, 44, 52)
-#: heights in pixels of the strips for titles and for the colour bar
-TITLE_STRIP, BAR_STRIP = 34, 58
+TITLE_STRIP, BAR_STRIP = 34, 58  # heights in pixels of the strips for titles and for the colour bar
 #: sizes of fonts in pixels: of titles, of other texts, and the smallest; a text that is too long for the smallest is shortened
-_TITLE_SIZE, _SMALL = 17, 14
-_SMALLEST = 10
+_TITLE_SIZE, _SMALL, _SMALLEST = 17, 14, 10
 
 
 def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:

@@ -240,7 +240,7 @@ ROWS = (
     ),
     ("colour_of_the_head.stl", _stl(2, _MAGICS, 0x8000), (3, 2)),
     ("of_meshlab.stl", _stl(2, b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f \x7f\x7f\x7f \x7f\x7f\x7f", 0xFC1F), (3, 2)),
-    ("bits_for_something_else.stl", _stl(2, bits=7), (3, 2, "the data behind 2 of its facets, which is no colour")),
+    ("bits_for_something_else.stl", _stl(2, bits=7), (3, 2, "the data after 2 of its facets, which is no colour")),
     ("byte_order_mark.stl", "\ufeffsolid a\n" + _FACET + "endsolid\n", (3, 1, "its head 'a'")),
     ("remark_first.stl", "# by hand\nsolid a\n" + _FACET + "endsolid a\n", "it is neither a text that begins with 'solid'"),
     ("coloured_text.stl", "solid a\ncolor 1 0 0\n" + _FACET + "endsolid\n", "its line 2, 'color 1 0 0', is not what comes next"),

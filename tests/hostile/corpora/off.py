@@ -7,7 +7,7 @@ OF = "0 0 0\n1 0 0\n0 1 0\n"
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
     ("utf_16.off", ("OFF\n3 1 0\n" + OF + "3 0 1 2\n").encode("utf-16"), "it is a text in UTF-16"),
-    ("binary.off", "OFF BINARY\n" + "\x00" * 40, "it is binary; OFF files are read as texts alone"),
+    ("binary.off", "OFF BINARY\n" + "\x00" * 40, "it is binary; OFF files are read only as texts"),
     ("one_line_head.off", "OFF 3 1 0\n" + OF + "3 0 1 2\n", (3, 1)),
     ("no_edges.off", "OFF\n3 1\n" + OF + "3 0 1 2\n", (3, 1)),
     ("no_magic.off", "3 1 0\n" + OF + "3 0 1 2\n", "it begins with '3', and not with OFF, COFF, NOFF, STOFF or their like"),

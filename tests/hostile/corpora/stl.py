@@ -74,7 +74,7 @@ ROWS = (
         "solid".ljust(80) + "\x01\x00\x00\x00" + "\x00" * 50,
         (1, 1, "its head 'solid'"),
     ),
-    ("after.stl", "solid a\n" + FC + "endsolid a\nhello\n", "it has something before 'solid' or behind 'endsolid'"),
+    ("after.stl", "solid a\n" + FC + "endsolid a\nhello\n", "it has something before 'solid' or after 'endsolid'"),
     ("nosolid.stl", FC, "it is neither a text that begins with 'solid' nor a binary file of the size that it declares"),
     (
         "longname.stl",
