@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import check_positive
+from ..checks import check_choice, check_positive
 from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
 from ..evidence import (
     Choice,
@@ -25,7 +25,7 @@ from ..execution import Progress, ignore_progress
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints, NormalisedMesh, check_points, mask_of, normalised_mesh
 from ..neighbours import nearest_neighbours
-from ..robust import KernelName
+from ..robust import KERNEL_NAMES, KernelName
 from ..topology import OneRings, one_rings
 
 # Settings tried for each degree: numbers of neighbours, multiples of the estimated range sigma, the most iterations.
@@ -85,6 +85,8 @@ def chosen_projection(
             of range.
     """
     coordinates = check_points(points)
+    for name, kernel in (("range_kernel", range_kernel), ("space_kernel", space_kernel)):
+        check_choice(name, kernel, KERNEL_NAMES)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
     given = (("range_sigma", range_sigma), ("space_sigma", space_sigma))
     sigmas = [sigma if sigma is None else check_positive(name, sigma) for name, sigma in given]
