@@ -577,7 +577,7 @@ def test_a_point_cloud() -> None:
     smooth = implicit_fairing(points, none, operator="robust", time_step=0.003)
     inside = (np.abs(points[:, :2] - 0.5) < 0.4).all(axis=1)
     assert smooth[inside, 2].std() < 0.4 * points[inside, 2].std()
-    with pytest.raises(FilterInputError, match="operator 'cotangent' needs triangles and there are none; only 'robust' takes"):
+    with pytest.raises(FilterInputError, match="operator 'cotangent' needs triangles and there are none; for a point cloud take"):
         implicit_fairing(points, none, time_step=0.003)
 
 
