@@ -406,7 +406,7 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
     check_choice("operator", operator, OPERATOR_NAMES)
     if len(faces) == 0 and len(vertices) > 0:
         if operator != "robust":
-            raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
+            raise FilterInputError(f"operator {operator!r} needs triangles and there are none; only 'robust' takes point clouds")
         return robust_cloud_laplacian(vertices)
     return _build_named(vertices, faces, operator)
 

@@ -142,6 +142,7 @@ def apply_coord_normal_filtering(
     if after:
         causes = denoising.causes_of_folds(layer.vertices, layer.faces, np.ones(len(vertices), np.bool_))
         notes += denoising.notes_on_folds(before, after, *causes)
+    progress(1.0)
     return Edit(vertices=vertices, values={**effective, **findings, **changes}, notes=notes)
 
 

@@ -86,7 +86,7 @@ def compute_selection_by_stray_points_per_vertex(
     """
     if clouds_only and len(layer.faces):
         raise FilterInputError(
-            f"this is a mesh of {len(layer.faces)} faces, not a point cloud, and would get holes: the recipe 'clean_range_map' "
+            f"this is a mesh, not a point cloud (faces: {len(layer.faces):,}), and would get holes: the recipe 'clean_range_map' "
             "removes floating pieces of a mesh, 'denoise' its noise"
         )
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}

@@ -127,7 +127,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
         raise FilterInputError(f"faces must be an (m, 3) array of whole numbers, got shape {faces.shape} of {faces.dtype}")
     elif faces.min() < 0 or faces.max() >= len(values):
         raise FilterInputError(
-            f"faces name the vertices {faces.min()} to {faces.max()}, but there are values for 0 to {len(values) - 1}"
+            f"faces name the vertices {faces.min()} to {faces.max()}, but the number of values is {len(values)}"
         )
     columns = np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1))
     if (bad := ~np.isfinite(columns).all(axis=1)).any():

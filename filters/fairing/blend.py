@@ -53,8 +53,8 @@ def blend_parts(
 
     Raises:
         FilterInputError: not a mesh; there are no two rims; the rims share a vertex, or one passes a vertex twice; the product of
-            their numbers of edges is above 400 million; the band would have more than `MOST_ADDED` triangles; one of the two
-            components is clearly inside out; a length is 0 or out of range; or as for `fair_region`.
+            the numbers of edges of two rims or rows is above 400 million; the band would have more than `MOST_ADDED` triangles;
+            one of the two components is clearly inside out; a length is 0 or out of range; or as for `fair_region`.
         ConvergenceError: as for `fair_region`.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -168,11 +168,6 @@ def bridge_rims(points: Floats, triangles: Ints, a: Ints, b: Ints, *, progress: 
             f"the rims share vertex {passed[visits.argmax()]}, or one passes it twice: a band joins rims that do not touch; "
             "delete the faces there, or select two other rims"
         )
-    if len(a) * len(b) > MOST_SPANS:
-        raise FilterInputError(
-            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among all spans between them, at most "
-            f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
-        )
     component = connected_components(triangles, len(points))[0]
     inside_out = component[a[0]] != component[b[0]] and one_is_inside_out(points[a], points[b])
     if inside_out:
@@ -242,6 +237,11 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     The loops have the same direction. Returns the (a + b,) indices of both ends of each span, in order along the band. If the
     least sum would take a span twice, a slightly larger sum is accepted.
     """
+    if len(first) * len(second) > MOST_SPANS:
+        raise FilterInputError(
+            f"the rims or rows have {len(first):,} and {len(second):,} edges: a band is searched among all spans between them, "
+            f"at most {MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
+        )
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0
     first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range

@@ -87,7 +87,7 @@ class Fronts(NamedTuple):
         _put_back(self.order, y, x)
         return x
 
-    def in_place(self) -> Fronts:
+    def in_order(self) -> Fronts:
         """Returns the same plan for the matrix whose rows and columns are sorted into `order`."""
         same = np.arange(len(self.order), dtype=np.int32)
         return self._replace(order=same, places=same)

@@ -149,7 +149,7 @@ def component_modes(
         raise ConvergenceError(
             f"the {count} lowest modes of a component of {n} vertices are lost in rounding: mode "
             f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} times its eigenvalue (the tolerance "
-            f"is {tolerance:.3g}), and the highest eigenvalue is up to {highest / modes.kappa[1]:.3g} times the lowest above 0: "
+            f"is {tolerance:.3g}), and the highest eigenvalue is up to {highest / modes.least:.3g} times the lowest above 0: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
     order = np.argsort(modes.kappa, kind="stable")
@@ -203,7 +203,7 @@ def _by_slicing(
     operator: sparse.csc_matrix, kernel: Floats, count: int, tolerance: float, highest: float, progress: Progress
 ) -> _CheckedModes:
     fronts = Fronts.of(operator)
-    places, fronts = fronts.order, fronts.in_place()
+    places, fronts = fronts.order, fronts.in_order()
     dissected = sparse.csc_matrix(operator[places][:, places])
     _, ordered = lowest_modes(dissected, fronts, kernel[places], count, tolerance=tolerance, progress=progress)
     vectors = np.empty_like(ordered)

@@ -268,6 +268,18 @@ def test_a_picture_of_meshes_in_different_units_says_so(sphere: Callable[[str], 
     assert "the meshes are in" not in warned[1]
 
 
+@pytest.mark.parametrize("command", ["compare", "picture"])
+def test_the_typed_unit_is_that_of_the_first_mesh(sphere: Callable[[str], Path], tmp_path: Path, command: str) -> None:
+    """With --unit in for a file in millimetres, a second file in inches has the same unit, and one in millimetres has not."""
+    first, inches, warned = sphere("mm"), sphere("in"), []
+    for number, other in enumerate((inches, first)):
+        where = ("-o", tmp_path / f"{number}.png", "--size", "128x128") if command == "picture" else ("--no-self-intersections",)
+        done = invoke(command, first, other, "--unit", "in", *where)
+        assert done.exit_code == 0, done.stderr
+        warned.append("coordinates are compared as" in done.stderr or "the meshes are in in and mm" in done.stderr)
+    assert warned == [False, True]
+
+
 @pytest.mark.parametrize(("text", "measure"), [("1%", "diagonal"), ("0.5edge", "mean edge")])
 def test_a_relative_tolerance_on_a_mesh_without_size_names_the_cause(text: str, measure: str) -> None:
     """A share of a diagonal or of a mean edge of 0 is refused as such, and not as a tolerance that is not above 0."""

@@ -133,7 +133,7 @@ def test_check_warns_of_traps_and_of_lengths_that_do_not_suit_the_mesh(tmp_path:
     path.write_text(OLD.replace("Duplicated Vertex", "Duplicate Vertices"), encoding="utf-8")
     assert document(invoke("check", path, "--json").stdout)["recipes"][0]["warnings"] == []
     (warning,) = document(invoke("check", path, "--mesh", sphere, "--json").stdout)["recipes"][0]["warnings"]
-    assert "threshold is 0.5, which is 14." in warning
+    assert "Threshold is 0.5, which is 14." in warning
     path.write_text(CHANGED.replace("Duplicated Vertex", "Duplicate Vertices"), encoding="utf-8")
     done = invoke("check", path)
     assert done.exit_code == 0

@@ -291,3 +291,16 @@ def test_an_attribute_named_like_a_channel_stays_beside_the_colours(tmp_path: Pa
     save(mesh, tmp_path / "a.las")
     found = laspy.read(tmp_path / "a.las")
     assert (found["red"].tolist(), found["red_"].tolist()) == ([65535, 65535], [7, 8])
+
+
+@pytest.mark.parametrize("names", [("red", "green", "blue"), ("NormalX", "NormalY", "NormalZ")])
+def test_attributes_with_all_names_of_channels_are_not_read_as_these(tmp_path: Path, names: tuple[str, str, str]) -> None:
+    """Colours of 12 bits, as in a text, are no colours of 8; beside colours or normals that a step made, they stay, too."""
+    numbers = np.array([[4095, 0, 7], [300, 1, 2]], np.int32)
+    channels = dict(zip(names, numbers.T, strict=True))
+    made: dict[str, Any] = {"colors": np.full((2, 4), 255, np.uint8), "normals": np.eye(3)[:2]}
+    for path, more in ((tmp_path / "a.las", {}), (tmp_path / "b.las", made)):
+        save(MeshData(vertices=np.eye(3)[:2], vertex_attributes={**channels, **more}), path)
+        found = read_file(path).mesh.vertex_attributes
+        np.testing.assert_array_equal(np.stack([found[f"{name}_"] for name in names], axis=1), numbers)
+        assert {name for name in made if name in found} == more.keys()

@@ -364,13 +364,17 @@ def test_a_cloud_gets_faces(tmp_path: Path) -> None:
 
 
 def test_a_texture_on_coordinates_of_vertices_is_named(tmp_path: Path) -> None:
-    """The faces of a mesh with one texture, and texture coordinates at its vertices, show the texture."""
+    """The faces of a mesh with texture coordinates at its vertices, and no texture numbers, show its first texture."""
     vertex = {"texture_coordinates": np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])}
     mesh = MeshData(
         vertices=np.eye(3), faces=np.array([[0, 1, 2]]), vertex_attributes=vertex, textures=(Texture("t.png", IMAGE),)
     )
-    save(mesh, tmp_path / "b.obj")
-    assert read_file(tmp_path / "b.obj").mesh.face_attributes["texture"].tolist() == [0]
+    several = replace(mesh, textures=(*mesh.textures, Texture("u.png", IMAGE)))
+    for name, each in (("a.obj", mesh), ("b.obj", several), ("c.glb", several)):
+        save(each, tmp_path / name)
+        again = read_file(tmp_path / name).mesh
+        assert again.face_attributes["texture"].tolist() == [0], name
+        assert len(again.textures) == 1
 
 
 def everything() -> dict[str, Any]:

@@ -221,6 +221,16 @@ def test_a_moved_mesh_that_lost_all_faces_has_no_normals(tmp_path: Path, suffix:
     assert not saved.warnings
 
 
+@pytest.mark.parametrize("number", [0.0, np.inf, np.nan])
+def test_normals_without_a_direction_are_told(tmp_path: Path, number: float) -> None:
+    """A GLB file may hold unit vectors alone, so that these normals become 0 0 1, and the others stay."""
+    normals = np.where(np.arange(8)[:, None] == 3, [number, 0.0, 0.0], NORMALS)
+    path, saved = save(box(vertex_attributes={"normals": normals}, keeps_normals=True), tmp_path, "a.glb")
+    found = read_file(path).mesh.vertex_attributes["normals"]
+    np.testing.assert_allclose(found, np.where(np.arange(8)[:, None] == 3, [0.0, 0.0, 1.0], NORMALS), atol=1e-6)
+    assert [w for w in saved.warnings if "normals of length 0 or not finite are written as 0 0 1 (1)" in w]
+
+
 def test_texture_coordinates_of_other_primitives_are_not_lost(tmp_path: Path) -> None:
     """Edges and faces without a texture share the coordinates of faces with one, which are read."""
     mesh = replace(MESHES["two textures"], edges=np.array([[0, 1]]))

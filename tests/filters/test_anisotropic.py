@@ -151,8 +151,10 @@ def test_values_and_faces_are_checked() -> None:
     """Values that are missing or not finite, in one channel alone too, are errors that say which."""
     vertices, faces = icosphere(1)
     values = vertices[:, 0].copy()
-    with pytest.raises(FilterInputError, match="faces name the vertices 0 to 41, but there are values for 0 to 40"):
+    with pytest.raises(FilterInputError, match="faces name the vertices 0 to 41, but the number of values is 41"):
         perona_malik(values[:-1], faces)
+    with pytest.raises(FilterInputError, match="faces name the vertices 0 to 41, but the number of values is 0"):
+        perona_malik(values[:0], faces)
     with pytest.raises(FilterInputError, match=r"values must have the shape \(n,\) or \(n, k\), got \(\)"):
         perona_malik(1.0, faces)
     values[[3, 7]] = np.nan, np.inf

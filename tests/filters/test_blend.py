@@ -332,7 +332,15 @@ def test_long_rims_tell_how_far_they_are_and_too_long_ones_are_refused(monkeypat
     assert 0.0 <= shares[0] <= shares[-1] <= 1.0
     assert shares[-1] > 0.9
     monkeypatch.setattr(blend, "MOST_SPANS", 400 * 300 - 1)
-    with pytest.raises(FilterInputError, match=r"the rims have [34]00 and [34]00 edges: a band is searched"):
+    with pytest.raises(FilterInputError, match=r"the rims or rows have [34]00 and [34]00 edges: a band is searched"):
+        blend_parts(*mesh)
+
+
+def test_rows_between_unequal_rims_are_refused_where_their_spans_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between rims of 20 and 400 edges lie rows of hundreds of edges, whose spans need more memory than those of the rims."""
+    mesh = two_tubes(20, 400, gap=1.0)
+    monkeypatch.setattr(blend, "MOST_SPANS", 400 * 20)
+    with pytest.raises(FilterInputError, match=r"the rims or rows have \d+ and \d+ edges: a band is searched"):
         blend_parts(*mesh)
 
 

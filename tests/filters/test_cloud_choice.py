@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from cloud_pairs import SURFACES, spacing_of  # benchmarks/cloud_pairs.py
@@ -164,3 +166,11 @@ def test_a_bad_scale_or_kernel_is_named_as_it_was_given(noise: float) -> None:
         chosen_projection(cloud("ball", noise), space_kernel="cosine")  # type: ignore[arg-type]
     with pytest.raises(FilterInputError, match=r"range_sigma is -1\.0: it must be finite and above 0"):
         chosen_projection(cloud("ball", noise), range_sigma=-1.0)
+
+
+@pytest.mark.parametrize("name", ["range_kernel", "space_kernel"])
+def test_an_unknown_kernel_is_refused_on_a_clean_cloud_too(name: str) -> None:
+    """A cloud on which no kernel is used does not hide the mistake."""
+    unknown: dict[str, Any] = {name: "box"}
+    with pytest.raises(FilterInputError, match=f"{name} 'box' is not one of 'l2', "):
+        chosen_projection(cloud("ball"), **unknown)

@@ -504,7 +504,7 @@ def test_clouds_without_enough_points_or_with_another_operator_are_errors() -> N
     """The message says which operator takes a cloud, and how many points it takes at least."""
     points = np.random.default_rng(0).random((20, 3))
     with pytest.raises(
-        FilterInputError, match="operator 'uniform' needs triangles and there are none; for a point cloud take 'robust'"
+        FilterInputError, match="operator 'uniform' needs triangles and there are none; only 'robust' takes point clouds"
     ):
         explicit_smoothing(points, [])
     with pytest.raises(

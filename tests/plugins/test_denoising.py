@@ -251,3 +251,12 @@ def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: 
     assert outlying[40::60].any()
     np.testing.assert_array_equal(moved, expected)
     np.testing.assert_array_equal((moved != vertices).any(axis=1), outlying)
+
+
+def test_progress_ends_at_1_where_nothing_is_compared() -> None:
+    """`compare` has no effect with fixed values, and the time that it would take is not left open."""
+    shares: list[float] = []
+    values = apply_coord_normal_filtering.with_defaults({"compare": True, "choice": "fixed"})
+    assert apply_coord_normal_filtering.function is not None
+    apply_coord_normal_filtering.function(cast(Layer, Surface(*icosphere(2))), **values, progress=shares.append)
+    assert shares[-1] == 1.0

@@ -118,7 +118,7 @@ def test_stray_points_of_a_mesh_are_refused_where_clouds_are_meant() -> None:
     vertices, faces = icosphere(3)
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    with pytest.raises(pymeshlab.PyMeshLabException, match=r"a mesh of 1280 faces, not a point cloud.*'clean_range_map'"):
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"a mesh, not a point cloud \(faces: 1,280\),.*'clean_range_map'"):
         meshes.compute_selection_by_stray_points_per_vertex(clouds_only=True)
     assert meshes.compute_selection_by_stray_points_per_vertex() == {"selected_vertices": 0}
     meshes.add_mesh(pymeshlab.Mesh(np.concatenate([vertices, [[5.0, 0.0, 0.0]]])))

@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.outputs import MadeFrom, check_output, material_path
-from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path
+from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path, recorded_digest
 from pymeshfair.files.writing import StagedFile, place, stage_file
 from pymeshfair.operating_system import System
 
@@ -221,3 +221,10 @@ def test_whole_files(tmp_path: Path) -> None:
     assert (tmp_path / "a").read_bytes() == b"data"
     with pytest.raises(OutputError, match=r"cannot write .*b: file exists"):
         stage_file(tmp_path / "a", tmp_path / "b", b"other")
+
+
+def test_a_record_with_gaps_has_no_digests(tmp_path: Path) -> None:
+    """Side files that are null, as another program may write them, and an entry without a digest are as good as none."""
+    record = {"output": {"path": "/a/out.obj", "side_files": None}, "guards": {"maps": None}}
+    assert recorded_digest(record, tmp_path / "out.obj") is None
+    assert recorded_digest(record, tmp_path / "out.mtl") is None

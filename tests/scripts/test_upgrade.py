@@ -273,6 +273,15 @@ def test_a_parameter_given_twice_changes_the_meaning_only_if_its_values_differ(a
     assert bool(upgraded(one_filter("Taubin Smooth", *params)).warnings) is warned
 
 
+@pytest.mark.parametrize(("again", "warned"), [("0.5", False), ("0.4", True)])
+def test_a_slider_with_other_bounds_is_the_same_value(again: str, warned: bool) -> None:
+    """MeshLab takes the value alone, so that `min` and `max` of a parameter given twice change no meaning."""
+    given = [f'type="RichAbsPerc" name="Threshold" value="{v}" min="0" max="{top}"' for v, top in (("0.5", 1), (again, 2))]
+    found = upgraded(one_filter("Merge Close Vertices", *(f"<Param {param}/>" for param in given)))
+    assert len(found.changes) == 1
+    assert bool(found.warnings) is warned
+
+
 @pytest.mark.parametrize(
     ("name", "param", "added"),
     [

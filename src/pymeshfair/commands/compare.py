@@ -73,9 +73,8 @@ def compare(
     warnings = [*dict.fromkeys(w for mesh in meshes for w in mesh.warnings), *doubts_of_typed_unit(unit, units[0])]
     unit, assumed = options.assumed_unit(unit, dict(zip(("BEFORE", "AFTER"), units, strict=True)))
     warnings += assumed
-    of_before = units[0] or unit
-    if of_before and units[1] not in (None, of_before):
-        warnings.append(f"BEFORE is in {of_before} and AFTER in {units[1]}: coordinates are compared as the files have them")
+    if unit and units[1] not in (None, unit):
+        warnings.append(f"BEFORE is in {unit} and AFTER in {units[1]}: coordinates are compared as the files have them")
     for read in meshes:
         if len(read.mesh.edges) and not len(read.mesh.faces):
             what = "it has edges and no faces: its vertices are compared, not its edges, so equal curves may have a distance"

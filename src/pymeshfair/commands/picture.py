@@ -81,7 +81,7 @@ def picture(
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
     warn(*dict.fromkeys(w for mesh in opened for w in mesh.warnings), *doubts_of_typed_unit(unit, opened[0].mesh.unit))
-    units = dict.fromkeys(u for u in (opened[0].mesh.unit or unit, *(read.mesh.unit for read in opened[1:])) if u)
+    units = dict.fromkeys(u for u in (unit or opened[0].mesh.unit, *(read.mesh.unit for read in opened[1:])) if u)
     if len(units) > 1:
         warn(f"the meshes are in {' and '.join(units)}: they are drawn with the coordinates of their files")
     unit, assumed = options.assumed_unit(unit, {str(read.path): read.mesh.unit for read in opened})

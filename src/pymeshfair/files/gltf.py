@@ -418,8 +418,9 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if mesh.writes_normals:
         normals = mesh.vertex_normals
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        lengths[~np.isfinite(lengths)] = 0.0
         if missing := int((lengths == 0.0).sum()):
-            notes.append(f"{missing:,} normals of length 0 are written as 0 0 1")
+            notes.append(f"normals of length 0 or not finite are written as 0 0 1 ({missing:,})")
         units = np.where(lengths > 0.0, normals / np.where(lengths > 0.0, lengths, 1.0), (0.0, 0.0, 1.0))
         attributes["NORMAL"] = document.accessor(units[vertex].astype("<f4"))
     if (colors := mesh.vertex_attributes.get("colors")) is not None:
@@ -427,7 +428,7 @@ def write_glb(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if uv is not None:
         attributes["TEXCOORD_0"] = document.accessor(_upright(uv).astype("<f4"))
     textures = [_texture(document, texture, notes) for texture in mesh.textures]
-    numbers = mesh.face_attributes.get("texture", 0 if len(textures) == 1 and uv is not None else -1)
+    numbers = mesh.face_attributes.get("texture", 0 if textures and uv is not None else -1)
     colors = np.ascontiguousarray(mesh.face_attributes.get("colors", np.full((len(faces), 4), 255, np.uint8)))
     looks = (np.zeros(len(faces), np.int64) + numbers + 1 << 32) + colors.view(">u4").ravel()
     kinds, kind_of_face = np.unique(looks, return_inverse=True)

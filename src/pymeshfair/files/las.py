@@ -247,8 +247,10 @@ def header_of(header: Any, records: Any) -> tuple[Any, Any]:
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
-    """Returns the columns to write by the name of their dimension, without the coordinates."""
+    """Returns the columns to write by name, without the coordinates; no custom attribute will be read as a channel of colours."""
     columns: dict[str, Array] = {}
+    given = mesh.vertex_attributes.keys()
+    taken = {c for name, group in (("colors", _COLOR), ("normals", NORMAL)) if name in given or given >= {*group} for c in group}
     for name, values in mesh.vertex_attributes.items():
         if name == "colors":
             deep = values[:, :3].astype(np.uint16) * np.uint16(257)
@@ -267,7 +269,9 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, Array]:
             columns |= zip(NORMAL, values.T, strict=True)
         elif name in _NUMBERS or name not in VERTEX_ATTRIBUTES:
             column = name[:-1] if name[:-1] in VERTEX_ATTRIBUTES - set(_NUMBERS) else name
-            columns[f"{column}_" if column in columns else column] = values
+            while column in columns or column in taken:
+                column += "_"
+            columns[column] = values
     return columns
 
 

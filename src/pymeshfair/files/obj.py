@@ -536,7 +536,7 @@ def _texture_coordinates(mesh: MeshData) -> tuple[Floats, Longs | None]:
 def _looks(mesh: MeshData) -> Longs:
     """Returns (m, 4) texture number, red, green and blue; -1 for a missing value."""
     looks = np.full((len(mesh.faces), 4), -1, np.int64)
-    is_whole = len(mesh.textures) == 1 and "texture_coordinates" in mesh.vertex_attributes
+    is_whole = bool(mesh.textures) and "texture_coordinates" in mesh.vertex_attributes
     looks[:, 0] = mesh.face_attributes.get("texture", 0 if is_whole else -1)
     if (colors := mesh.face_attributes.get("colors")) is not None:
         looks[:, 1:] = colors[:, :3]

@@ -29,9 +29,9 @@ def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
     """Returns a record's SHA-256 of the output, side file or map (``run --map``) with the name of `path`; None if missing."""
     if record is None:
         return None
-    files = [record["output"], *record["output"].get("side_files", ()), *record.get("guards", {}).get("maps", ())]
+    files = [record["output"], *(record["output"].get("side_files") or ()), *(record.get("guards", {}).get("maps") or ())]
     named = (f for f in files if isinstance(f, dict) and Path(str(f.get("path"))).name == path.name)
-    return next((str(f.get("sha256")) for f in named), None)
+    return next((str(f["sha256"]) for f in named if f.get("sha256")), None)
 
 
 def sha256_of(path: Path) -> str:

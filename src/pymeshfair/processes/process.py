@@ -159,7 +159,7 @@ class Process:
         self._items.put(("end", None))
 
 
-def can_fork() -> bool:
+def is_fork_safe() -> bool:
     """Returns whether a fork of this process is safe, and gives the same results as a new interpreter.
 
     It is not safe if other threads run, since their locks stay locked in the fork, or if the libraries of the system do not allow
@@ -261,10 +261,10 @@ class Pool(AbstractContextManager["Pool"]):
 
     def prepare(self) -> None:
         """Starts all processes at once: as forks of this process, with the modules loaded, where a fork is safe."""
-        if can_fork():
+        if is_fork_safe():
             for name in self._modules:
                 importlib.import_module(name)
-        self._idle += [Process(self._threads, self._modules, forked=can_fork()) for _ in range(self.most)]
+        self._idle += [Process(self._threads, self._modules, forked=is_fork_safe()) for _ in range(self.most)]
 
     def rest(self) -> None:
         """Ends the idle processes."""

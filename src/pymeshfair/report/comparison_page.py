@@ -109,7 +109,7 @@ def verdict_of(comparison: Comparison, change: Mapping[str, Any] | None = None, 
     """Returns the verdict on the distance of the surfaces; after a run, the main sentence is about the run's `change`."""
     text = verdict_text(comparison, unit)
     flipped = comparison.flipped_faces or 0
-    lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
+    lines = (f"{counted(flipped, 'face looks', 'faces look')} to the other side now.",) if flipped else ()
     if change:
         text, lines = f"{became_text(change, unit)}.", (text, *lines)
     if comparison.passed is not None:

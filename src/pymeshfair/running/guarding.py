@@ -17,7 +17,7 @@ from ..filters.inspection.surface_measures import SurfaceMeasures, inward_faces,
 from ..filters.libraries import sparse
 from ..filters.topology import IRREGULAR, proper_faces, stars
 from ..mesh_data import MeshData
-from ..places import point_text
+from ..places import counted, point_text
 from ..scripts.guards import Guards
 from .measuring import MeasuredMesh, self_intersecting, self_intersecting_apart
 from .shape_change import Moved, Origins, ShapeChange
@@ -55,7 +55,7 @@ def breaches(
         old, new = sharp_edges(before.mesh.vertices, before.mesh.faces), sharp_edges(origins.in_place, after.mesh.faces)
         kept, least = share_kept(old, new, within=before.resolution()), guards.keep_sharp
         if kept is not None and 100.0 * kept < least:
-            text = f"of the length of the edges sharper than {SHARP:g} degrees are kept, not {least:g} %"
+            text = f"of the length of the edges sharper than {SHARP:g} degrees is kept, not {least:g} %"
             broken.append(Breach("keep_sharp", f"{100.0 * kept:.4g} % {text}", amount=100.0 * kept, allowed=least))
     return broken
 
@@ -70,7 +70,7 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, limit_tex
     is_in_mesh_units = limit_text in (repr(limit), f"{limit!r}{unit.strip()}")
     digits = next(d for d in (6, 9, 17) if f"{moved.largest:.{d}g}" != f"{limit:.{d}g}")  # the texts must differ
     allowed = f"{limit!r}{unit}" if is_in_mesh_units else f"{limit_text} = {limit:.{digits}g}{unit}"
-    further = f"; {others:,} more vertices exceed it" if others else ""
+    further = f"; {counted(others, 'more vertex exceeds it', 'more vertices exceed it')}" if others else ""
     message = (
         f"{vertex} at ({point_text(moved.place)}) {verb} {moved.largest:.{digits}g}{unit}, which is more than {allowed}{further}"
     )
@@ -99,7 +99,7 @@ def _requirement(word: str, number: int | None, measures: SurfaceMeasures) -> It
     elif word == "manifold":
         edges, vertices = measures.non_manifold_edges, measures.non_manifold_vertices
         if edges or vertices:
-            text = f"the result has {edges:,} non-manifold edges and {vertices:,} non-manifold vertices"
+            text = f"the result is not manifold: non-manifold edges {edges:,}, non-manifold vertices {vertices:,}"
             yield Breach("require", text, amount=edges + vertices, allowed=0)
     elif number is not None and (measured := getattr(measures, word)) != number:
         text = "no genus" if measured is None else f"{word} {measured}"
@@ -190,6 +190,8 @@ def _faults(kind: str, vertices: Floats, cells: Ints, advice: str = "", subject:
     places, sizes = np.unique(place_of, return_counts=True)
     largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
-    more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
-    text = f"{subject} has {len(cells):,} {kind}, around {'; '.join(map(point_text, middles))}{more}{advice and f'; {advice}'}"
+    more = f", and {counted(len(places) - _PLACES, 'more place')}" if len(places) > _PLACES else ""
+    several, one = (("vertices", "vertex"), ("edges", "edge"), ("faces", "face"))[len(cells[0]) - 1]
+    found = counted(len(cells), kind.replace(several, one, 1), kind)
+    text = f"{subject} has {found}, around {'; '.join(map(point_text, middles))}{more}{advice and f'; {advice}'}"
     yield Breach("require", text, place=tuple(middles[0]), amount=len(cells), allowed=0)

@@ -223,7 +223,7 @@ class _Reader:
             self._read.guards = Guards.parse(texts)
             self._read.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
         except ParameterError as error:
-            self._problem(str(error))
+            self._problem(re.sub("|".join(GUARDS), lambda field: GUARDS[field[0]], str(error)))
         for complaint in _slips("FilterScript", attributes, (*GUARDS.values(), UNIT), cutoff=0.6):
             self._problem(*complaint)
 

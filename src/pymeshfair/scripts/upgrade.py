@@ -141,7 +141,8 @@ def _upgraded_params(element: FilterElement, today: Filter, facts: Sequence[Form
             attributes = {k: v for k, v in attributes.items() if not k.startswith("enum_val")}
         typed = _typed(parameter, attributes, param.line)
         if target in params:
-            meaning = "" if params[target].attributes == typed.attributes else "the values differ, and the last one is kept"
+            old, new = ({**each.attributes, "min": "", "max": ""} for each in (params[target], typed))  # bounds of a slider
+            meaning = "" if old == new else "the values differ, and the last one is kept"
             changes.append(note(what="was given several times, and is given once now", meaning=meaning))
         params[target] = typed
         if is_typed:

@@ -54,9 +54,9 @@ def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[st
                 usual = default.amount / 100 if isinstance(default, Length) and default.unit == "percent" else 0.0
                 if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * usual):
                     yield (
-                        f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's "
-                        f"diagonal {diagonal:.4g}; if the script was made for MESH, `pymeshfair upgrade --relative-to MESH` "
-                        "makes its lengths relative to the size of MESH"
+                        f"{_place(script, index)}: {name if step.line is None else step.filter.parameter(name).xml_name} is "
+                        f"{value.amount:g}, which is {100 * part:.3g} % of the mesh's diagonal {diagonal:.4g}; if the script was "
+                        "made for MESH, `pymeshfair upgrade --relative-to MESH` makes its lengths relative to the size of MESH"
                     )
         if step.filter.python_name == "compute_matrix_from_scaling_or_normalization":
             return
