@@ -84,8 +84,6 @@ def chosen_projection(
         FilterInputError: not a cloud of at least 7 points; no such kernel; scales, normals or `movable` that do not fit.
     """
     coordinates = check_points(points)
-    for name, kernel in (("range_kernel", range_kernel), ("space_kernel", space_kernel)):
-        check_choice(name, kernel, KERNEL_NAMES)
     directions = None if normals is None else unit_normals(normals, len(coordinates))
     for name, kernel in (("range_kernel", range_kernel), ("space_kernel", space_kernel)):
         check_choice(name, kernel, KERNEL_NAMES)
