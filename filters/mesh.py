@@ -51,7 +51,7 @@ _RUN = 64  # see `order_of_faces`
 #: of ill-conditioned equations.
 FURTHEST = 2.0
 _IRREGULAR = "the mesh is too irregular there, or a step too long: improve the mesh first, or smooth less"
-# Points are near in memory if their numbers differ by at most this; all points near one point fill a third of a 1 MB cache.
+# Points are near in memory if their numbers differ by at most this; all points near one point take 0.4 MB of a cache.
 _NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
 # A reordering takes as much time as it saves in this many sweeps over all one-rings, as measured.
@@ -161,7 +161,7 @@ class Whole:
         """Returns the corners' median if a vertex is so far away that over a quarter of the edges lose over half of their digits.
 
         `corners` (m, k, 3) are those of a sample of cells. With u = 2^-53, an edge of length e at a vertex v has e / (u |v|)
-        rounding units, and e / (u |p|) if v is centred to p. If e |v| < u |p|^2, the second is below the root of the first.
+        rounding units, and e / (u |p|) at p, the centred v. If e |v| < u |p|^2, the second is below the root of the first.
         """
         corners, middle = corners * self.scale, self.low * 0.5 + self.high * 0.5
         before, after = (np.abs(at).max(axis=(1, 2)) for at in (corners, corners - middle * self.scale))

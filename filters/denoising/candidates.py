@@ -91,8 +91,8 @@ class Repertoire(NamedTuple):
         )
 
 
-#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Gaussian kernels suit curved
-#: parts over one ring and flat parts over two. Truncated L1 keeps sharp edges, Huber's kernel suits figures such as statues.
+#: For independent noise. Taubin steps reduce noise along the surface; normal filtering does not. Gaussian kernels over one ring
+#: suit curved parts, over two rings flat parts. Truncated L1 keeps sharp edges, Huber's kernel suits figures such as statues.
 REPERTOIRE = Repertoire(
     relaxations=(0, 3, 7, 15),
     chains=(
@@ -106,7 +106,7 @@ REPERTOIRE = Repertoire(
     ),
 )
 
-#: For noise that neighbours share: wider kernels and more rounds.
+#: For noise that neighbours share: mostly two rings, and many rounds.
 _WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
 CORRELATED = Repertoire(
     relaxations=(0, 7),

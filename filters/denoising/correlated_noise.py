@@ -42,8 +42,8 @@ def setting_of_rounded(
 
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
-    is smooth once the rounding is undone, distances up to the noise of the rounded mesh are allowed, too [morozov1966]. `other`
-    is better if its result is at least as flat as the chosen one.
+    is smooth once the rounding is undone, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
+    `other` is better if its result is at least as flat as the chosen one.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
@@ -152,14 +152,14 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT, False
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # Fused maps have short edges where they cut off corners of grid cells.
+    # A fused map has short edges where its surface cuts off a voxel's corner.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()
         enough = independent < 0.5 * total and np.sqrt(independent) >= max(tuned.INDEPENDENT, 0.5 * noise.level)
         return (float(np.sqrt(total)) if enough and (on_lines or not scan.is_surface) else 0.0), fits, False
     scan = Scan.sampled(points, faces, **_WIDE)[0]
-    fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # short edges make the rings too unequal
+    fall = 0.0 if cut_off or is_designed(points, faces) else fall_of_growth(scan)  # smoothing reaches less far on short edges
     if fall < tuned.IN_DOUBT:
         return 0.0, _FIT, False
     of_solids = _FIT[:2] if fall > 1.0 else _FIT_IN_DOUBT

@@ -40,7 +40,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         noise: the noise level in `before`: the standard deviation along the normals, in mean edges, independent at each vertex.
 
     Returns:
-        The loss; None if no relief stands out from the noise, or a surface cannot be smoothed, as one of collapsed triangles.
+        The loss; None if no relief stands out from the noise, or if smoothing fails, as with collapsed triangles.
 
     Raises:
         FilterInputError: not a mesh, or a level below 0.

@@ -32,7 +32,7 @@ _GOOD, _ROUGH = 1e-12, 1e-9
 # From this many rows on, `Cholesky` factorises on a thread of its own, which can be abandoned.
 _QUICK = 20_000
 #: Refinement ends when the next correction is predicted to be below `_REFINED` times the extent of the solution, when a
-#: correction is not below half of the previous one, or after `_MOST_REFINEMENTS` steps.
+#: correction after the second is not below half of the previous one, or after `_MOST_REFINEMENTS` steps.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: Refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6

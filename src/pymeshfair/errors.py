@@ -78,7 +78,7 @@ class MeshError(PymeshfairError):
 
 
 class RunError(PymeshfairError):
-    """A run failed and wrote no output; existing files are untouched, but `GuardBroken` may replace a map."""
+    """A run failed and wrote no output; existing files are untouched, but `GuardBroken` may change maps."""
 
 
 @dataclass(frozen=True)

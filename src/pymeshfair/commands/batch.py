@@ -74,7 +74,7 @@ def batch(
     selected, dropped = without_outputs(expand(inputs, [setting.name for setting in template.recipe.script.settings]), folder)
     warn(*(f"left out: {text}" for text in dropped[:_NAMED]))
     if len(dropped) > _NAMED:
-        warn(f"left out: {len(dropped) - _NAMED:,} further files, which are outputs")
+        warn(f"left out: {len(dropped) - _NAMED:,} further files")
     scans = plan_scans(selected, template.recipe, folder, name)
     slots = jobs or this_system().processors()
     task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)

@@ -193,8 +193,7 @@ class Int(_Bounded):
             return AUTO
         number = _whole(value)
         if number is None or abs(number) > 2**31 - 1:
-            limit = "" if number is None else ": MeshLab keeps whole numbers in 32 bits"
-            raise ParameterError(f"{self.refusal(value)}{limit}")
+            raise self.refusal(value)
         self.check_bounds(value, number)
         return number
 

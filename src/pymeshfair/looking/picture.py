@@ -52,7 +52,7 @@ class Coloring:
     label: str  # the text at the colour bar
     #: computes the numbers from a mesh and the reference mesh; None if the mesh has no such numbers
     of: Callable[[MeshData, MeshData], Numbers | None]
-    diverging: bool  # whether 0 has the middle colour of the bar
+    diverging: bool  # whether it has the diverging colour map
     limits: Limits | None = None  # the ends of the colour bar; None to compute them
     reason: str = "the meshes have none"  # why the meshes may have no such numbers
 
@@ -134,7 +134,7 @@ def check_coloring(name: str) -> None:
     """Raises `ParameterError` with the nearest name if there is no such coloring."""
     names = [*OTHERS, *COLORINGS]
     if name not in names:
-        raise ParameterError(f"{name!r} is no coloring; " + hint(name, names, f"it takes {', '.join(names)}"))
+        raise ParameterError(f"{name!r} is no coloring; " + hint(name, names))
 
 
 def numbers_of(coloring: str, meshes: Sequence[MeshData]) -> list[Numbers | None]:
@@ -165,7 +165,7 @@ def view_angles(text: str) -> tuple[float, float]:
     try:
         azimuth, elevation = (float(part) for part in text.split(","))
     except ValueError:
-        allowed = f"it takes {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
+        allowed = f"write {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
         raise ParameterError(f"{text!r} is no view; {hint(text, VIEWS, allowed)}") from None
     if not (math.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
         raise ParameterError(f"{text!r} is no view: the elevation is from -90 to 90 degrees")

@@ -107,7 +107,7 @@ class Plane:
 def outline(mesh: MeshData, plane: Plane) -> Floats:
     """(s, 2, 2) the segments where a plane cuts the faces of a mesh, in the coordinates of the other two axes.
 
-    A vertex in the plane counts as above it, so that every face has at most one segment; if then no face is cut, as below it.
+    A vertex in the plane counts as above, so that a face has at most one segment. If no face is cut then, it counts as below.
     """
     heights = mesh.vertices[:, plane.axis] - plane.value
     for above in (heights >= 0.0, heights > 0.0):

@@ -52,7 +52,7 @@ def shown_mesh(name: str, mesh: MeshData, *, scalars: Mapping[str, Floats] | Non
     """A mesh for the viewer: its faces, at most `MOST_FACES`; or else its edges; or else its points, at most `MOST_POINTS`.
 
     A mesh with more faces is decimated by quadrics, and first thinned on a grid if it is much larger. Of a larger cloud, points
-    at equal steps in its order are kept. Vertices that no face or edge uses are left out; each other vertex has the scalars and
+    at equal steps in its order are kept. Vertices that no face or edge uses are left out; each other one has the scalars and
     the normal of the nearest used vertex of the whole mesh. `like` is the `Shown` of this mesh before its vertices moved; the
     result has the elements of `like`.
     """

@@ -1,8 +1,8 @@
 """Meshes by tiles: files of vertices and faces, tiles with rings of faces around them, and steps that move vertices.
 
-The files of `Cells` have the vertices; the slot of a vertex is its row in these files. The files of `Surface` have the faces at
-the vertices of each cell, with slots as corners. A tile is a range of cells. All tiles end a round of a filter before the next
-round starts.
+`Cells` stores the vertices in groups of near ones, the cells; the slot of a vertex is its row. `Surface` stores the faces at the
+vertices of each cell, with slots as corners. A tile is a range of cells. All tiles end a round of a filter before the next round
+starts.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ from .workers import Tasks
 _NO_FACES = np.empty((0, 3), np.int32)
 #: vertices in the sample on which settings are chosen, and cells in each patch of the sample
 _SAMPLE, _PATCH = 60_000, 4
-#: the most vertices of a bucket if a step chooses its settings, so that all sizes of tiles have the same patches
+#: the most vertices of a bucket if a step chooses its settings, so that patches do not depend on the tile size
 _BUCKET = 1 << 16
 #: a record of a face: the slots of its corners, and its number
 FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
@@ -188,7 +188,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, poin
 
 @dataclass(frozen=True)
 class MeshTiles:
-    """The tasks that move vertices of a mesh, in the cells from `first` to before `last` if given. Each can be repeated."""
+    """Tasks of the steps that move vertices; each can be repeated. A tile has the cells from `first` to before `last`."""
 
     surface: Surface
     with_normals: bool = False  # whether `finish` writes normals, too
@@ -204,7 +204,7 @@ class MeshTiles:
         return low, high, border, tile.vertices[tile.faces[sampled]]
 
     def farthest(self, place: Floats, whole: Whole, first: int, last: int) -> tuple[float, int, Floats]:
-        """Finds a vertex of a face as `Whole.farthest` does; returns scaled distance (-1 without one), number and coordinates."""
+        """Finds the farthest vertex of a face, see `Whole.farthest`: scaled distance (-1: no face), number and coordinates."""
         tile = tile_with_rings(self.surface, first, last, 1)
         rows = np.flatnonzero(mask_of(tile.faces[proper_faces(tile.faces)], len(tile.vertices)) & tile.inside)
         if not len(rows):
@@ -440,7 +440,7 @@ def _do_rounds(work: FilteringTiles, tiles: Ranges, tasks: Tasks, progress: Call
 def _whole(
     work: MeshTiles, tiles: Ranges, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
 ) -> tuple[Whole, bool, Floats]:
-    """Returns the box of the vertices of faces (without faces 0), whether the mesh has a border, and corners of some faces."""
+    """Returns the box of the vertices of faces (0 if none), whether the mesh has a border, and corners of some faces."""
     lows, highs, borders, corners = zip(*tasks.map(work.box, tiles, progress), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     if not np.isfinite(low).all():

@@ -185,7 +185,7 @@ def cost_of(step: PlannedStep) -> tuple[int, int]:
 
 
 def rings_of(step: PlannedStep) -> int:
-    """Returns how many rings of faces around each vertex explicit smoothing, or one of Taubin's filters, reads."""
+    """Returns how many rings of faces around a vertex are read by a step of explicit smoothing or of a Taubin filter."""
     if step.is_builtin:
         return 2 * int(step.values["stepsmoothnum"])
     return int(step.values["iterations"]) * (2 if step.filter == TAUBIN else 1)
@@ -202,7 +202,7 @@ def apply(step: PlannedStep, vertices: Floats, faces: Ints, whole: Whole) -> Flo
     return taubin_fairing(vertices, faces, whole=whole, **values | {"pass_band": values["pass_band"] or None})
 
 
-#: bytes planned for the command, enough also with dask, and for a worker with libraries and compiled kernels
+#: bytes planned for the command (enough also with dask), and for a worker with libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
 #: the least bytes that a worker has for tiles; if memory does not suffice for all processors, there are fewer workers
 LEAST = 60_000_000

@@ -4,7 +4,7 @@ pymeshlab can add a custom attribute, but cannot change, remove or free it. So t
 attributes, and its faces as many. Later calls overwrite helpers by way of vertex normals, which is slower: vertex i moves to
 (i, 0, 0). A helper cloud has the same points, and the arrays as normals. "Transfer attributes" copies each normal to the vertex
 at its point, and expressions copy normals to attributes. At the end coordinates and normals are restored. All steps are exact to
-the bit. Helpers are never point attributes, from which MeshLab's expressions would read freed memory.
+the bit. Helpers hold scalars only: from attributes of 3D points, MeshLab's expressions would read freed memory.
 """
 
 from __future__ import annotations
