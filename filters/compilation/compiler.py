@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import importlib
+import itertools
 import os
 import pickle
 import subprocess
@@ -99,6 +100,10 @@ def numba_type(argument_type: ArgumentType) -> Any:
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
     """Compiles a kernel with numba; runs in the compiler process."""
+    # Symbols have the numbers that numba gives to functions. The linker takes equal symbols for one function, even if they are
+    # from different compiler processes. So the numbers start at a hash.
+    identity: Any = importlib.import_module("numba.core.bytecode").FunctionIdentity
+    identity._unique_ids = itertools.count(int(kernel.stored_name(signature)[-16:], 16))
     dispatcher = kernel.dispatcher
     arguments: Any = tuple(numba_type(argument_type) for argument_type in signature)
     dispatcher.compile(arguments)

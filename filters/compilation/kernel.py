@@ -39,6 +39,7 @@ Signature: TypeAlias = "tuple[ArgumentType, ...]"
 _DTYPES = {np.dtype(code): np.dtype(code).name for code in ("?", *["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"])}
 _PLAIN: dict[type, str] = {bool: "bool", int: "int64", float: "float64", type(None): "none"}
 _PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
+_FORMAT = 2  # of stored code; in format 1, two functions could have the same symbol
 _C, _F, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400  # numpy's flags of an array
 LIST = Path(__file__).parent / "signatures.json"
 #: The signatures by module and kernel name.
@@ -187,7 +188,7 @@ class Kernel:
         return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
 
     def stored_name(self, signature: Signature) -> str:
-        key = hashlib.sha256(f"{self.fingerprint} {SETTINGS} {signature!r}".encode()).hexdigest()
+        key = hashlib.sha256(f"{_FORMAT} {self.fingerprint} {SETTINGS} {signature!r}".encode()).hexdigest()
         return f"{self.__module__.rpartition('.')[2]}.{self.__qualname__}-{key[:32]}"
 
     @cached_property

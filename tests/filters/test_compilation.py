@@ -7,6 +7,7 @@ import json
 import os
 import pickle
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -311,6 +312,20 @@ def test_an_interrupted_compilation_does_not_answer_the_next_one(monkeypatch: py
         assert second in compiler.compile(module, second, listed[second][0]).function
     finally:
         compiler.close()
+
+
+def test_two_compiler_processes_give_no_two_functions_one_symbol() -> None:
+    """The linker takes equal symbols for one function: else a filter may use the weights of another kernel."""
+    module = "pymeshfair.filters.denoising.normal_filter"
+    listed = listed_signatures()[module]
+    symbols = []
+    for name in ("_weighted_means", "_follow_trend"):
+        compiler = Compiler()
+        code = compiler.compile(module, name, listed[name][0])
+        compiler.close()
+        symbols.append(set(re.findall(rb"_ZN10pymeshfair\w+", code.object)))
+    assert all(any(b"robust5_loop" in symbol for symbol in each) for each in symbols)
+    assert not symbols[0] & symbols[1]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")

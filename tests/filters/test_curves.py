@@ -415,5 +415,7 @@ def test_taubin_steps_that_make_detail_grow_are_refused() -> None:
 
 def test_a_spike_of_a_curve_is_not_put_down_to_triangles() -> None:
     """A pass band of nearly all frequencies makes the waves within it grow; the message names the step."""
-    with pytest.raises(FilterInputError, match=r"diagonals of the bounding box .* or a step too long: improve the mesh first, or smooth"):
+    with pytest.raises(
+        FilterInputError, match=r"diagonals of the bounding box .* or a step too long: improve the mesh first, or smooth"
+    ):
         curve_smoothing(noise(60), ring(60), method="taubin", step=0.5, pass_band=1.9, iterations=50)

@@ -12,7 +12,6 @@ import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
 from ..meshlab.base import BASE, MESHLAB, after_failure
-from ..places import counted
 from .filter_methods import FilterMethods, LateMethods
 
 if TYPE_CHECKING:
@@ -206,6 +205,8 @@ class MeshSet(FilterMethods, _Typed, metaclass=_MeshSetType):
 
     def __repr__(self) -> str:
         """Returns the number of layers, and a line for each: its id, with ``*`` for the current layer, its name and its size."""
+        from ..places import counted
+
         current = self.current_mesh_id() if self._bench.has_current() else -1
         lines = []
         for mesh in self:
