@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pymeshlab
@@ -28,6 +29,7 @@ def test_a_file_goes_through_a_recipe_with_its_settings_and_record(tmp_path: Pat
     assert result.provenance.is_file()
     assert recipe.script == before
     assert re.fullmatch(r"<RunResult '.*clean.ply': 3 steps.*, 642 -> 642 vertices, \d+\.\d s>", repr(result))
+    assert ", 1,200 -> 1 vertex, " in repr(replace(result, before={"vertices": 1200}, after={"vertices": 1}))
     assert result.record["recipe"]["name"] == "denoise_meshlab_only"
     assert result.record["measures"]["after"]["vertices"] == result.after["vertices"] == 642
     assert len(result.steps) == len(result.record["steps"]) == 3

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import ConvergenceError, check_finite
+from ..checks import ConvergenceError, FilterInputError, check_finite
 from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
@@ -43,11 +43,13 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         The loss; None if no relief stands out from the noise, or if smoothing fails, as with collapsed triangles.
 
     Raises:
-        FilterInputError: not a mesh, or a level below 0.
+        FilterInputError: not a mesh, different numbers of vertices, or a level below 0.
     """
     level = check_finite("noise", noise, least=0.0)
     points, triangles = check_mesh(before, faces)
     result, _ = check_mesh(after, faces)
+    if len(result) != len(points):
+        raise FilterInputError(f"after must have the {len(points)} vertices of before, got {len(result)}")
     edge = mean_edge_length(points, triangles)
     if not edge > 0.0:
         return None

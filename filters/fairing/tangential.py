@@ -94,6 +94,7 @@ def tangential_smoothing(
     moves = may & ~border_vertices(mesh.cells, len(mesh))
     kept = mesh.cells[proper_faces(mesh.cells)]
     if not len(kept) or not (may if flip_edges else moves).any():
+        progress(1.0)
         return points.copy(), triangles.copy()
     now = mesh.points
     allowed = 0.05 * mean_edge_length(now, kept) if max_deviation is None else max_deviation * mesh.scale

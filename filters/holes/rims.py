@@ -125,6 +125,9 @@ def sorted_rims(
     outer = outer_borders(rims, points, triangles)
     holes = [rim for rim, outside in zip(rims, outer, strict=True) if outside == "no"]
     borders = [(rim, outside) for rim, outside in zip(rims, outer, strict=True) if outside != "no"]
+    reasons: dict[int, Reason] = {
+        id(rim): "seam" if is_seam(rim, points) else "outer" if how == "surely" else "probably_outer" for rim, how in borders
+    }
     around = [-1] * len(borders)
     if join and borders and holes:
         around = _holes_around([rim for rim, _ in borders], holes, points, triangles)
@@ -135,10 +138,8 @@ def sorted_rims(
             groups[number][1].append(rim)
         elif outside == "probably" and selected is not None and selected[rim.vertices].any():
             groups.append((rim, []))
-        elif is_seam(rim, points):
-            others.append(left_open_as(rim, "seam"))
         else:
-            others.append(left_open_as(rim, "outer" if outside == "surely" else "probably_outer"))
+            others.append(left_open_as(rim, reasons[id(rim)]))
     groups.sort(key=lambda group: tuple(group[0].vertices[:2].tolist()))
     closed = []
     for hole, inside in groups:
@@ -154,7 +155,7 @@ def sorted_rims(
         else:
             closed.append((hole, inside))
             continue
-        others += [left_open_as(rim, "seam" if is_seam(rim, points) else "outer") for rim in inside]
+        others += [left_open_as(rim, reasons[id(rim)]) for rim in inside]
     return closed, others
 
 

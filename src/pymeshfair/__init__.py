@@ -88,6 +88,7 @@ else:  # with `__getattr__` a type checker would accept any name
 
 
 def __dir__() -> list[str]:
+    _from_elsewhere("Mesh")  # names the system libraries that pymeshlab lacks
     import pymeshlab
 
     return sorted({*__all__, *(name for name in dir(pymeshlab) if not name.startswith("_"))})

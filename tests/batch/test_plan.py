@@ -8,6 +8,8 @@ import pytest
 import trimesh
 
 from pymeshfair.batch.plan import expand, plan_scans, sample, without_outputs
+from pymeshfair.batch.work import Task
+from pymeshfair.commands.batch import BatchLines
 from pymeshfair.errors import ParameterError
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
@@ -93,6 +95,16 @@ def test_a_sample_is_spread_by_size(folder: Path) -> None:
     for count, chosen in ((1, [3]), (2, [1, 3]), (3, [1, 2, 3]), (5, [0, 1, 2, 3, 4]), (9, [0, 1, 2, 3, 4])):
         assert [scan.number - 1 for scan in sample(scans, count)] == chosen
     assert sample([], 2) == []
+
+
+def test_a_batch_of_no_scan_ends_with_an_empty_summary(folder: Path) -> None:
+    """As does one whose sample has none; only its journal is written."""
+    recipe = load_recipe("smooth_taubin")
+    out = folder / "out"
+    scans = plan_scans(expand(["b.ply"]), recipe, out)
+    task = Task(scans, Job(recipe, Path(), Path()), out, None, 1, sample=0, report=True)
+    assert task.carry_out(BatchLines()).counts["left"] == 1
+    assert task.written == ()
 
 
 def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:

@@ -107,6 +107,13 @@ def test_kernels_that_are_kept_nowhere_are_wrong(monkeypatch: pytest.MonkeyPatch
     assert "NUMBA_CACHE_DIR" in found(findings.look_at_numba, "numba").advice
 
 
+def test_a_numba_that_computes_wrong_results_is_not_said_to_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The line that is marked as wrong says what is wrong."""
+    monkeypatch.setattr("numba.njit", lambda function: lambda number: 0)
+    assert not found(findings.look_at_numba, "numba").ok
+    assert found(findings.look_at_numba, "numba").detail.startswith("computes wrongly")
+
+
 def test_where_nothing_is_compiled_the_command_for_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """An installation without kernels is sound, and slower at first."""
     from pymeshfair.filters import compilation

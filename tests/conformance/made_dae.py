@@ -152,6 +152,13 @@ def _placed() -> Iterator[Made]:
         **boxes(_MATRIX[_T]),
         named=("controller",),
     )
+    bent = skin.replace("0 1</bind_shape_matrix>", "0.5 1</bind_shape_matrix>")
+    yield Made(
+        "bent_controller.dae",
+        document(one, _node(inner='<instance_controller url="#c"/>'), more=bent),
+        **boxes(ONE),
+        named=("the last row",),
+    )
 
 
 def _primitives() -> Iterator[Made]:

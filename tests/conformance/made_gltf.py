@@ -123,6 +123,8 @@ def _kinds() -> Iterator[Made]:
     for mode, name, edges in ((0, "points", 0), (1, "lines", 4), (2, "loop", 8), (3, "line_strip", 7)):
         primitive = lambda d, m=mode: {"attributes": {"POSITION": d.accessor(POINTS)}, "mode": m}  # noqa: E731
         yield _of_box(name, primitive, facts=box, more={"vertices": 8, "edges": edges})
+    one = lambda d: {"attributes": {"POSITION": d.accessor(POINTS)}, "indices": d.accessor(np.array([3]), "u2"), "mode": 2}  # noqa: E731
+    yield _of_box("loop_of_one", one, facts=box, more={"edges": 0})
 
 
 def _accessors() -> Iterator[Made]:
@@ -251,7 +253,7 @@ def _attributes() -> Iterator[Made]:
     document.add("materials", pbrMetallicRoughness={"baseColorFactor": [0.2, 0.4, 0.8, 1]})
     yield _plain("colour_of_material", document, more={"colour": (51, 102, 204)})
     uv = (POINTS[:, :2] - 0.5) / 4
-    for kind, top in (("f4", 1.0), ("u1", 255), ("u2", 65535)):
+    for kind, top in (("f4", 1.0), ("u1", 255), ("u2", 65535), ("i2", 32767)):
         for where in ("view", "data", "beside"):
             if where != "view" and kind != "f4":
                 continue
@@ -263,6 +265,8 @@ def _attributes() -> Iterator[Made]:
             uri = {"data": f"data:image/png;base64,{base64.b64encode(png()).decode()}", "beside": "a%20b.png"}.get(where)
             image = {"uri": uri} if uri else {"bufferView": document.view(png()), "mimeType": "image/png"}
             document.parts |= {"images": [image], "textures": [{"source": 0}]}
+            if kind == "i2":
+                document.parts["extensionsUsed"] = ["KHR_mesh_quantization"]
             document.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
             beside = {"a b.png": png()} if where == "beside" else {}
             mean = _mean_uv(stored / top)

@@ -7,9 +7,11 @@ import time
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pymeshfair.files.errors import ContentsError
 from pymeshfair.files.polygons import edges_of, numbered, outlines, triangles_of, triangulated
 
 #: corners of up to six strips or lines, of vertices 0 to 5
@@ -97,6 +99,14 @@ def test_the_time_of_a_comb_is_quadratic() -> None:
     vertices, start = np.concatenate([teeth - [0, 1, 0], teeth[::-1]]), time.process_time()
     assert len(triangulated(vertices, np.arange(4000), np.array([4000]))[0]) == 3998
     assert time.process_time() - start < 5.0
+
+
+def test_a_face_of_too_many_corners_is_refused() -> None:
+    """The time of a face grows with the square of its corners; so all formats refuse those of more than 10,000 vertices."""
+    vertices = np.zeros((10_001, 3))
+    with pytest.raises(ContentsError, match="a face of more than 10,000 vertices"):
+        triangulated(vertices, np.arange(10_004) % 10_001, np.array([3, 10_001]))
+    assert len(triangulated(vertices, np.arange(10_003) % 10_001, np.array([3, 10_000]))[0]) == 9999
 
 
 def test_a_polygon_whose_triangles_differ_is_triangles() -> None:

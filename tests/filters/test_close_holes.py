@@ -430,6 +430,19 @@ def test_a_hole_stays_open_if_its_island_cannot_be_joined(way: str, monkeypatch:
     assert any("an island lies in it" in rim.message for rim in filling.left_open)
 
 
+def test_an_island_whose_hole_stays_open_may_be_a_hole_itself() -> None:
+    """A cap of a ball in a hole with too many edges: its rim only seems to be an outer border, as without the hole."""
+    vertices, faces = grid(16, 16)
+    away = np.abs(vertices[faces].mean(axis=1)[:, :2] - 8.0).max(axis=1)
+    island, triangles = cap(100)
+    mesh = (
+        np.concatenate([vertices, island + np.array([8.0, 8.0, 0.0])]),
+        np.concatenate([faces[away > 4.0], triangles + np.int32(len(vertices))]),
+    )
+    assert len(close_holes(*mesh, max_edges=200, refine=False).islands[0]) > 0
+    assert sorted(rim.reason for rim in close_holes(*mesh, max_edges=3).left_open) == ["outer", "probably_outer", "size"]
+
+
 def test_only_selected_holes_are_closed() -> None:
     """Of the two ends of a tube the one with a selected vertex."""
     vertices, faces = tube(12, 6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.diffusion import explicit_smoothing, relief_lost
 from pymeshfair.filters.geometry import mean_edge_length
 from tests.meshes import Mesh, icosphere, noisy
@@ -53,6 +54,13 @@ def test_noise_hides_short_relief_alone() -> None:
     assert lost is not None
     assert lost.shortest == 6.0
     assert lost.share == pytest.approx(0.5, abs=0.1)
+
+
+def test_another_number_of_vertices_is_refused() -> None:
+    """The heights of vertices are compared one by one."""
+    vertices, faces = icosphere(1)
+    with pytest.raises(FilterInputError, match="the 42 vertices of before, got 43"):
+        relief_lost(vertices, np.append(vertices, [[0, 0, 0]], axis=0), faces)
 
 
 def test_collapsed_triangles_are_not_measured() -> None:

@@ -165,6 +165,14 @@ def test_awkward_meshes_end_finite(name: str) -> None:
     assert np.isfinite(tangential_smoothing(vertices, faces, iterations=2)[0]).all()
 
 
+def test_where_nothing_may_move_progress_ends_at_one() -> None:
+    """A caller is told that the work is done."""
+    vertices, faces = grid(4, 4)
+    told: list[float] = []
+    tangential_smoothing(vertices, faces, movable=np.zeros(len(vertices), dtype=np.bool_), progress=told.append)
+    assert told == [1.0]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pymeshlab
 import pytest
@@ -32,6 +33,13 @@ def test_the_classes_take_hardly_longer_to_import_than_pymeshlab(name: str) -> N
     loaded = run(f"{program}; print(*sorted(set(sys.modules) - before))").split()
     assert len(loaded) < 30, loaded
     assert not [m for m in loaded if m.startswith(("pymeshfair.plugins", "pymeshfair.scripts.", "numba", "scipy"))]
+
+
+def test_names_without_libgl_tell_what_is_missing(tmp_path: Path) -> None:
+    """`dir` of the package says which system library pymeshlab lacks, and how to install it."""
+    (tmp_path / "pymeshlab.py").write_text("raise ImportError('libGL.so.1: cannot open shared object file')", encoding="utf-8")
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import pymeshfair\ntry: dir(pymeshfair)"
+    assert "apt install libgl1" in run(f"{program}\nexcept ImportError as error: print(error)")
 
 
 def test_the_package_serves_as_pymeshlab() -> None:

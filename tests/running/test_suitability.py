@@ -101,6 +101,12 @@ def test_a_recipe_that_erases_bumps_is_seen_on_a_clean_scan() -> None:
     assert found["3edge"].before == 0.0
 
 
+def test_a_detail_size_beside_a_time_step_is_not_filled_in() -> None:
+    """A step of Implicit Fairing with a time step chooses no detail size, even where "auto" is written, and is tried as it is."""
+    implicit = load_recipe("smooth_implicit").script.steps[0].with_values({"detail_size": "auto", "time_step": 1.0})
+    assert list(trials(*icosphere(2), {"step": Script((implicit,))}, clean=True)) == ["step"]
+
+
 def test_a_scan_outside_of_a_recipe_is_told_the_one_to_take() -> None:
     """The warning has the condition, what was found, and the best recipe for the same task."""
     traits = {"mesh": 1.0, "noise": 0.7, "sharpness": 0.9}

@@ -19,11 +19,12 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import Writing
 from pymeshfair.files.provenance import described_file, provenance_path
 from pymeshfair.files.three_mf import write_3mf
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.processes.environment import versions
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
-from pymeshfair.running.verify import verify_output
+from pymeshfair.running.verify import _differences, verify_output
 
 from ..commands.command_line import document, invoke
 from .runs import BONE, SAMPLES, SMOOTH, Given, recipe_of
@@ -172,6 +173,13 @@ def test_what_no_seed_repeats_is_compared_by_tolerance(tmp_path: Path) -> None:
     assert found.verdict in ("identical", "within tolerance")
     if found.verdict == "within tolerance":  # which it nearly always is
         assert "apply_coord_random_displacement gives another result each time" in found.notes[-1]
+
+
+def test_outputs_of_one_place_are_compared() -> None:
+    """Points that are all in one place have no diagonal: elsewhere they differ, and in the same place they do not."""
+    one, other = (MeshData(vertices=np.full((2, 3), place)) for place in (0.0, 1.0))
+    assert len(list(_differences(one, other, 0.1))) == 1
+    assert list(_differences(one, one, 0.1)) == []
 
 
 def _moved(output: Path, by: float) -> None:

@@ -358,12 +358,11 @@ class Task:
                         run.run(todo, drawn)
                         pages = run.pages
             finally:
+                ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
+                summary = Summary(ordered, len(self.scans), self.template, started, now(), time.monotonic() - clock)
                 if outcomes:  # without outcomes the files of a former batch stay
-                    ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
-                    seconds = time.monotonic() - clock
-                    summary = Summary(ordered, len(self.scans), self.template, started=started, finished=now(), seconds=seconds)
                     self.written = (*summary.write(self.folder), journal.path)
-            if self.report:
+            if self.report and outcomes:
                 self.written += (write_page(self.folder, summary, pages),)
         return summary
 

@@ -148,7 +148,7 @@ def look_at_numba() -> Iterator[Finding]:
         advice = "this folder cannot be written: set the environment variable NUMBA_CACHE_DIR to another folder"
     elif kernels.installed + kernels.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
-    yield Finding("numba", works and kernels.lasts, f"compiles; {wheel}, {cache}", advice)
+    yield Finding("numba", works and kernels.lasts, f"{'compiles' if works else 'computes wrongly'}; {wheel}, {cache}", advice)
 
 
 def look_at_plugins() -> Iterator[Finding]:

@@ -20,7 +20,7 @@ from .polygons import edges_of, triangles_of
 from .scenes import Assembly, affine_matrix, check_range, indices, levels, numbers, read_tree, rotation
 
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
-_TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
+_TRANSFORMS = {"matrix": 16, "bind_shape_matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
 #: elements that a mesh cannot hold
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
 #: the parameters that are read, one letter each, by the semantic of an input
@@ -101,8 +101,7 @@ class _Reader:
                     skin = self._target(part, "url", "controller").find("skin")
                     if skin is None:
                         raise ContentsError("its controller has no skin and is not known here; save it without controllers")
-                    text = skin.findtext("bind_shape_matrix")
-                    bound = numbers(text, "a bind_shape_matrix", 16).reshape(4, 4) if text else np.eye(4)
+                    bound = _transform(bind) if (bind := skin.find("bind_shape_matrix")) is not None and bind.text else np.eye(4)
                     self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
 
     def _place(self, geometry: Element, instance: Element, matrix: Floats) -> None:

@@ -22,7 +22,7 @@ from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
 from .inputs import Reading, References, check_image
 from .outputs import Writing
-from .polygons import edges_of, numbered, triangles_of
+from .polygons import numbered, triangles_of
 from .scenes import NO_TEXTURE, Assembly, affine_matrix, levels
 
 _PARTS = 1_000_000  # the largest number of JSON values in a document; reading a million takes a second
@@ -31,7 +31,7 @@ _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 #: attributes that are read, each with the allowed numbers of components, and the numpy kinds of components allowed besides float
 _READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
-#: required extensions that are accepted: integer positions and normals; and unlit materials, which are read as lit ones
+#: required extensions that are accepted: integer attributes besides colours; and unlit materials, which are read as lit ones
 _QUANTIZED = "KHR_mesh_quantization"
 _UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
 _ROUNDED, _UNIT = 1e-6, 0.01  # tolerances: for the last row of a matrix, and for the length of the quaternion of a rotation
@@ -180,11 +180,11 @@ class _Reader:
         accessor = self._at("accessors", attributes[name])
         widths, kinds = _READ[name.partition("_")[0]]
         dtype, width = _COMPONENTS.get(accessor["componentType"]), _WIDTHS.get(accessor["type"])
-        allowed = "iu" if self._quantized and not kinds else kinds
+        allowed = "iu" if self._quantized and not name.startswith("COLOR") else kinds
         if width not in widths or dtype is None or np.dtype(dtype).kind not in f"f{allowed}" or dtype is np.uint32:
             raise ContentsError(f"the {name} of its mesh {k} has a type that glTF does not allow")
         values = self._accessor(attributes[name])
-        if (accessor.get("normalized") or kinds == "u") and values.dtype.kind != "f":
+        if (accessor.get("normalized") or allowed == "u") and values.dtype.kind != "f":
             return np.asarray(np.maximum(values / np.iinfo(values.dtype).max, -1.0))
         return values.astype(np.float64)
 
@@ -208,7 +208,7 @@ class _Reader:
             case 1:
                 return no_faces, corners.reshape(-1, 2)
             case 2 | 3:
-                return no_faces, edges_of(corners if mode == 3 else np.append(corners, corners[0]), whole + (mode == 2))
+                return no_faces, np.stack([corners, np.roll(corners, -1)], 1)[: len(corners) - (mode == 3 or len(corners) < 2)]
             case 4:
                 return corners.reshape(-1, 3), no_edges
             case 5 | 6:

@@ -21,7 +21,7 @@ from ..mesh_data.mesh_data import source_ids
 from .errors import ContentsError, InputError
 from .inputs import Reading, References, quoted, unended
 from .outputs import Writing
-from .polygons import are_equal, edges_of, numbered, outlines, triangulated
+from .polygons import LARGEST_FACE, are_equal, edges_of, numbered, outlines, triangulated
 from .tokens import (
     AFTER_SLASH,
     EMPTY,
@@ -62,7 +62,6 @@ _UNWRITTEN = ("third texture coordinates", "weights of vertices")
 _COMMENT = re.compile(rb"(?<!\S)#(?!MRGB )[#\t ]*[^#\s][^\r\n]*")
 _OF_FACES = ("wedge_texture_coordinates", "texture", "colors", "polygon")  # the face attributes that an OBJ file holds
 _VERTEX = (3, 4, 6, 7)  # how many numbers a vertex may have: a position, then nothing, a weight, a colour, or colour and opacity
-LARGEST_FACE = 10_000  # the largest number of corners of a face; the time of triangulation grows with the square of this number
 _GREY = (192, 192, 192, 255)  # the colour that faces without a material have in MeshLab
 _LEVELS = "the colours of its vertices go above 1: they are read as levels from 0 to 255, not as shares from 0.0 to 1.0"
 #: the most bytes of a material file, and the most materials of a mesh; a city with a texture for each house has thousands

@@ -9,6 +9,9 @@ from ..filters.compilation import compiled
 from ..filters.mesh import Floats, Ints, Longs, mask_of
 from ..filters.topology import proper_faces
 from ..mesh_data.mesh_data import Array
+from .errors import ContentsError
+
+LARGEST_FACE = 10_000  # the largest number of corners of a face; the time of triangulation grows with the square of this number
 
 
 def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints, Ints | slice, dict[str, Array]]:
@@ -20,6 +23,8 @@ def triangulated(vertices: Floats, corners: Longs, lengths: Longs) -> tuple[Ints
     """
     if not len(lengths) or (lengths == 3).all():
         return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), slice(None), {}
+    if lengths.max() > LARGEST_FACE:
+        raise ContentsError(f"it has a face of more than {LARGEST_FACE:,} vertices")
     places = np.empty((int((lengths - 2).sum()), 3), np.int32)
     of_polygon = np.repeat(np.arange(len(lengths), dtype=np.int32), lengths - 2)
     _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), places)

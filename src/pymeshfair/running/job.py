@@ -17,6 +17,7 @@ from ..files.formats import READABLE, WRITABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import SCHEMA, described_file, provenance_path, read_provenance
 from ..files.writing import StagedFile
+from ..places import counted
 from ..processes.environment import thread_settings, versions, worker_environment
 from ..recipe import Recipe
 from ..scripts.guards import NO_GUARDS, Guards
@@ -214,11 +215,11 @@ class RunResult:
         )
 
     def __repr__(self) -> str:
-        sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]
+        sizes = [measures["vertices"] for measures in (self.before, self.after) if measures]
         counts = ((len(self.steps), "step"), (len(self.warnings), "warning"), (len(self.breaches), "broken limit"))
-        counted = [f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count]
-        counted += [f"{' -> '.join(sizes)} vertices"] if sizes else []
-        return f"<RunResult {str(self.output)!r}: {', '.join(counted)}, {self.seconds:.1f} s>"
+        words = [counted(count, word) for count, word in counts if count]
+        words += [" -> ".join([*(f"{n:,}" for n in sizes[:-1]), counted(sizes[-1], "vertex", "vertices")])] if sizes else []
+        return f"<RunResult {str(self.output)!r}: {', '.join(words)}, {self.seconds:.1f} s>"
 
     @property
     def record(self) -> dict[str, Any]:

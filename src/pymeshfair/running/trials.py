@@ -93,7 +93,7 @@ def _results(
                 continue
             steps = [
                 step.with_values({"detail_size": str(report.values["chosen"])})
-                if report.parameters.get("detail_size") == "auto" and report.values["chosen"]
+                if report.parameters.get("detail_size") == "auto" and report.values.get("chosen")
                 else step
                 for step, report in zip(script.steps, reports, strict=True)
             ]

@@ -195,5 +195,5 @@ def _differences(one: MeshData, other: MeshData, tolerance: float) -> Iterator[s
     for kind, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
         far = max(float(spatial.cKDTree(q).query(p)[0].max()) for p, q in ((a, b), (b, a))) if len(a) else 0.0
         if far > tolerance * diagonal:
-            words = f"a {kind} is {far / diagonal:.2g} diagonals from the nearest one of the other output"
+            words = f"a {kind} is {far / diagonal if diagonal else np.inf:.2g} diagonals from the nearest one of the other output"
             yield f"{words}; random differences are at most {tolerance:g}"
