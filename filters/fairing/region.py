@@ -116,7 +116,8 @@ def fair_region(
         operator, even = evened_operator(operator, part.faces, spiky)
         system = _system(operator, part, order, dense)
         solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
-        cause = "the triangles there are too irregular: improve them" + f", or take energy '{ENERGIES[order - 2]}'" * (order > 1)
+        lower = f", or take energy '{ENERGIES[order - 2]}'" if order > 1 else ""
+        cause = f"the triangles there are too irregular: improve them{lower}"
         check_healthy(before, solution.values, extent, part.vertices[part.free], cause)
     progress(1.0)
     moved, freed = points.copy(), part.vertices.take(places)

@@ -296,7 +296,7 @@ def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> Non
 
 def test_a_mark_without_a_vertex_names_the_kind_of_fault() -> None:
     """A fault for printing is many edges or faces, and its mark says which; a limit of movement names its vertex."""
-    (breach,) = _faults("border edges", np.eye(3), np.array([[0, 1], [1, 2]], np.int32))
+    (breach,) = _faults(("border edge", "border edges"), np.eye(3), np.array([[0, 1], [1, 2]], np.int32))
     fault = asdict(breach)
     assert _title(fault) == "the written file has 2 border edges"
     assert _title({"guard": "max_displacement", "vertex": 7, "message": ""}) == "max_displacement, vertex 7"

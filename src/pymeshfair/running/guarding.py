@@ -125,30 +125,33 @@ def print_faults(mesh: MeshData, folder: Path | None = None, *, wrapped: bool = 
     upwards = np.bincount(edge_of_side.ravel(), weights=sides[:, 0] < sides[:, 1], minlength=len(ends))
     same_way = (upwards == 0) | (upwards == counts)
     wrong_edges = {
-        "border edges": counts == 1,
-        "edges with more than two faces": counts > 2,
-        "edges whose two faces look to different sides": same_way & (counts == 2),
+        ("border edge", "border edges"): counts == 1,
+        ("edge with more than two faces", "edges with more than two faces"): counts > 2,
+        ("edge whose two faces look to different sides", "edges whose two faces look to different sides"): same_way
+        & (counts == 2),
     }
     remedy = "wrap with another alpha or offset" if wrapped else "take wrap_for_print, which wraps all in one surface"
     advice = f"mend these places, or {remedy}"
-    for kind, wrong in wrong_edges.items():
-        yield from _faults(kind, vertices, ends[wrong], advice)
+    for nouns, wrong in wrong_edges.items():
+        yield from _faults(nouns, vertices, ends[wrong], advice)
     if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
         touching = np.flatnonzero(stars(faces[proper_faces(faces)], len(vertices)).kinds == IRREGULAR).astype(np.int32)
-        yield from _faults("vertices where the surface touches itself", vertices, touching[:, None])
+        nouns = ("vertex where the surface touches itself", "vertices where the surface touches itself")
+        yield from _faults(nouns, vertices, touching[:, None])
     if measures.volume is not None:
         yield from _inward(vertices, faces)
     if measures.volume == 0.0 or not len(faces):
         yield Breach("require", "the written file has no volume", amount=0.0)
     merged = MeshData(vertices=vertices, faces=faces)
     cuts = self_intersecting_apart(merged) if folder is None else self_intersecting(merged, folder)
-    yield from _faults("faces that cut others", vertices, faces[cuts], advice)
+    yield from _faults(("face that cuts others", "faces that cut others"), vertices, faces[cuts], advice)
 
 
 def _inward(vertices: Floats, faces: Ints, subject: str = "the written file") -> Iterator[Breach]:
     inward = faces[inward_faces(vertices, faces)]
     advice = "turn these parts over: select them, and run Invert Faces Orientation on the selection"
-    yield from _faults("faces of parts that look inwards", vertices, inward, advice, subject)
+    nouns = ("face of parts that look inwards", "faces of parts that look inwards")
+    yield from _faults(nouns, vertices, inward, advice, subject)
 
 
 def wall_words(mesh: MeshData, unit: str | None) -> str:
@@ -179,7 +182,9 @@ def wrap_words(scan: MeshData, wrap: MeshData) -> str:
     return f"{share:.1%} of the scanned area is enclosed: inside, or in hollows narrower than alpha; less with a smaller alpha"
 
 
-def _faults(kind: str, vertices: Floats, cells: Ints, advice: str = "", subject: str = "the written file") -> Iterator[Breach]:
+def _faults(
+    nouns: tuple[str, str], vertices: Floats, cells: Ints, advice: str = "", subject: str = "the written file"
+) -> Iterator[Breach]:
     """The breach by (k, 1) vertices, (k, 2) edges or (k, 3) faces, with the middles of their largest connected groups."""
     if not len(cells):
         return
@@ -191,7 +196,6 @@ def _faults(kind: str, vertices: Floats, cells: Ints, advice: str = "", subject:
     largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
     middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
     more = f", and {counted(len(places) - _PLACES, 'more place')}" if len(places) > _PLACES else ""
-    several, one = (("vertices", "vertex"), ("edges", "edge"), ("faces", "face"))[len(cells[0]) - 1]
-    found = counted(len(cells), kind.replace(several, one, 1), kind)
-    text = f"{subject} has {found}, around {'; '.join(map(point_text, middles))}{more}{advice and f'; {advice}'}"
+    around = "; ".join(map(point_text, middles))
+    text = f"{subject} has {counted(len(cells), *nouns)}, around {around}{more}{advice and f'; {advice}'}"
     yield Breach("require", text, place=tuple(middles[0]), amount=len(cells), allowed=0)

@@ -238,4 +238,6 @@ def _in_words(text: str) -> str:
         return kinds[word] if word == text else f"scans that are no {kinds[word]}"
     if word in ("closed", "open", "sharp", "smooth"):
         return f"{word} shapes" if word == text else f"shapes that are not {word}"
-    return f"shapes without {word}" if word != text else "shapes with texture" if word == "texture" else word
+    if word == text:
+        return "shapes with texture" if word == "texture" else word
+    return f"shapes without {word}"
