@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from ..declaration import Length
@@ -120,15 +121,17 @@ class Guards:
         return self != NO_GUARDS
 
     @classmethod
-    def parse(cls, texts: Mapping[str, Any]) -> Guards:
-        """Parses limits from texts by field name; raises `ParameterError` for an unknown name or a wrong text."""
+    def parse(cls, texts: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Guards:
+        """Parses limits from texts by field; refuses unknown fields and wrong texts, with the fields' `names` (None: their own)."""
         for name, text in texts.items():
             if name not in ATTRIBUTES:
                 raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
             if not isinstance(text, str):
                 raise ParameterError(f"{name} is {text!r}: write a text, such as {'watertight' if name == 'require' else '1%'!r}")
-        readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
-        return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
+        share = partial(_percent, most=100.0)
+        readers: dict[str, Any] = {"max_displacement": _length, "require": _requirements, "keep_sharp": share}
+        names = names or {name: name for name in texts}
+        return cls(**{name: readers.get(name, _percent)(names[name], text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
         def text(limit: Any) -> str:
@@ -171,12 +174,12 @@ def _length(name: str, text: str) -> Length:
     return length
 
 
-def _percent(name: str, text: str) -> float:
+def _percent(name: str, text: str, most: float = math.inf) -> float:
     match = _PERCENT.fullmatch(text.strip())
     if match is None or not math.isfinite(float(match[1])):
         raise ParameterError(f"{name} {text!r} is no percentage: write it as 1% or 0.5%")
-    if name == "keep_sharp" and float(match[1]) > 100.0:
-        raise ParameterError(f"{name} {text!r} is above 100 %")
+    if float(match[1]) > most:
+        raise ParameterError(f"{name} {text!r} is above {most:g} %")
     return float(match[1])
 
 

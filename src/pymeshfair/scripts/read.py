@@ -220,10 +220,10 @@ class _Reader:
     def _read_head(self, attributes: dict[str, str]) -> None:
         texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}
         try:
-            self._read.guards = Guards.parse(texts)
+            self._read.guards = Guards.parse(texts, GUARDS)
             self._read.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
         except ParameterError as error:
-            self._problem(re.sub("|".join(GUARDS), lambda field: GUARDS[field[0]], str(error)))
+            self._problem(str(error))
         for complaint in _slips("FilterScript", attributes, (*GUARDS.values(), UNIT), cutoff=0.6):
             self._problem(*complaint)
 
