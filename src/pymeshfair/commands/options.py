@@ -115,10 +115,10 @@ class RunOptions:
     def job(self, recipe: str, input: Path, output: Path, **fields: Any) -> Job:
         """The job of a run; `fields` are further fields of `Job`."""
         from ..running.job import Job
-        from ..scripts.guards import Guards
+        from ..scripts.guards import ATTRIBUTES, Guards
 
         overrides = tuple(self.set or ())
-        limits = {name: getattr(self, name) for name in ("max_displacement", "max_volume_change", "require", "keep_sharp")}
+        limits = {name: text for name in ATTRIBUTES if (text := getattr(self, name)) is not None}
         fields |= {
             name: getattr(self, name) for name in ("timeout", "allow_outside", "unchecked", "keep_all", "keep_broken", "unit")
         }
@@ -130,7 +130,7 @@ class RunOptions:
             memory_limit=memory_limit(self.memory),
             overrides=overrides,
             command=tuple(sys.argv),
-            guards=Guards.parse({name: text for name, text in limits.items() if text is not None}),
+            guards=Guards.parse(limits),
             measures=not self.no_measures,
             **fields,
         )

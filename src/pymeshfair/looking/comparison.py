@@ -187,7 +187,6 @@ class Compared:
     after: MeshState  # the second
     comparison: Comparison
     after_distance: SurfaceDistance  # of the second from the first
-    before_distance: SurfaceDistance  # of the first from the second
 
     @property
     def meshes(self) -> dict[str, MeshData]:
@@ -239,7 +238,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         **verdict,
         **_faces(before, after, after_distance, before_distance, same_faces=has_same_faces),
     )
-    return Compared(before, after, comparison, after_distance, before_distance)
+    return Compared(before, after, comparison, after_distance)
 
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:

@@ -97,7 +97,7 @@ class Bench:
 
     def run(self, job: Job, stage: Path) -> Result:
         """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
-        session = Session(job, stage, _stoppable(stage))
+        session = Session(job, stage, stoppable((stage / STOP).exists, report))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
         self._result = outcome.result, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
@@ -108,7 +108,7 @@ class Bench:
     def measure(self, stage: Path) -> Result:
         assert self._result is not None
         mesh, shown = self._result
-        report_event = _stoppable(stage)
+        report_event = stoppable((stage / STOP).exists, report)
         report_event(PhaseStarted("comparing"))
         after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
         report_event(PhaseStarted("comparing"))
@@ -131,15 +131,15 @@ class Bench:
         return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 
 
-def _stoppable(stage: Path) -> Callable[[Event], None]:
-    """Returns a function that reports events, and raises `Stopped` once the file `STOP` exists."""
+def stoppable(is_stopped: Callable[[], bool], send: Callable[[Event], None]) -> Callable[[Event], None]:
+    """Returns a function that sends events, or raises `Stopped` if `is_stopped`."""
 
-    def report_event(event: Event) -> None:
-        if (stage / STOP).exists():
+    def send_or_stop(event: Event) -> None:
+        if is_stopped():
             raise Stopped("stopped")
-        report(event)
+        send(event)
 
-    return report_event
+    return send_or_stop
 
 
 #: returns the bench of a scan; each process reads the scan once

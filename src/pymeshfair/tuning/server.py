@@ -28,13 +28,13 @@ from ..files.outputs import same_file
 from ..operating_system import this_system
 from ..recipe import Recipe, load_recipe, shipped_heads, shipped_recipes
 from ..report.page import render
-from ..running.job import Event, Job
+from ..running.job import Job
 from ..running.supervise import run_job
 from ..scripts.changing import with_parameter
 from ..scripts.script import Script
 from ..scripts.values import number_text
 from ..scripts.write import write_script
-from .bench import Result, Scan, Stopped, Workshop
+from .bench import Result, Scan, Stopped, Workshop, stoppable
 
 #: the headers of all pages: browsers store no page, and tell no other site its address, which has the token
 _HEADERS = (
@@ -377,18 +377,13 @@ class Conversation:
         await self.stop(order)
         recipe = replace(recipe, script=replace(recipe.script, comment=saved_comment(recipe, scan.name, ""), path=None))
         job = Job(recipe, scan, path, overwrite=order.get("replace") is True, overrides=overrides, command=tuple(sys.argv))
-        stopped, send_event = threading.Event(), self._event_sender(0)
-        self._finish_stopped = stopped
-
-        def check_and_send(event: Event) -> None:
-            if stopped.is_set():
-                raise Stopped("stopped")
-            send_event(event)
+        stopped = self._finish_stopped = threading.Event()
+        on_event = stoppable(stopped.is_set, self._event_sender(0))
 
         async def work() -> None:
             try:
                 async with self._finishing:
-                    result = await asyncio.to_thread(run_job, job, check_and_send)
+                    result = await asyncio.to_thread(run_job, job, on_event)
                 files = [str(file) for file in (result.output, *result.side_files, result.provenance)]
                 told: dict[str, Any] = {"kind": "finished", "files": files}
             except Stopped:
