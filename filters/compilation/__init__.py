@@ -2,6 +2,7 @@
 
 from .kernel import (
     Compilation,
+    Index,
     allowed_threads,
     compile_ahead,
     compiled,
@@ -15,6 +16,7 @@ from .machine_code import Stored, most_threads, processor, stored
 
 __all__ = [
     "Compilation",
+    "Index",
     "Stored",
     "allowed_threads",
     "compile_ahead",

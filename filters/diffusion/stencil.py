@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..compilation import compiled, prange
+from ..compilation import Index, compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, mask_of
 from ..operators import (
     CURVE_OPERATOR,
@@ -36,8 +36,6 @@ Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 #: The offsets, (n + 1,) int64, and the neighbours, int32: vertex i has the neighbours ``neighbours[offsets[i]:offsets[i + 1]]``.
 #: Parallel kernels take the two arrays one by one: with the tuple their short loops take 6 % longer.
 Rings: TypeAlias = tuple[Longs, Ints]
-# Unsigned indices: for signed ones the compiler adds a test for negative values.
-_U: Any = np.uint64
 #: The divisor of the operator: the sum of absolute weights; the mixed Voronoi area; MeshLab's sum of doubled weights, plus one.
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
 #: Vertices in a block; the edges of their stars stay in the first-level cache.
@@ -174,21 +172,21 @@ def _of_meshlab(moves: Kinds, rings: Rings, counts: Floats, weight: float) -> Ad
 def _uniform_step(points: Floats, out: Floats, moves: Kinds, offsets: Longs, neighbours: Ints, step: float) -> None:
     for i in prange(moves.shape[0]):
         if moves[i]:
-            start, stop = _U(offsets[i]), _U(offsets[i + 1])
+            start, stop = Index(offsets[i]), Index(offsets[i + 1])
             x = y = z = 0.0
             k = start
-            while k + _U(1) < stop:  # two at a time, to halve the branches, which take most of the time
-                j = _U(neighbours[k])
+            while k + Index(1) < stop:  # two at a time, to halve the branches, which take most of the time
+                j = Index(neighbours[k])
                 x += points[j, 0]
                 y += points[j, 1]
                 z += points[j, 2]
-                j = _U(neighbours[k + _U(1)])
+                j = Index(neighbours[k + Index(1)])
                 x += points[j, 0]
                 y += points[j, 1]
                 z += points[j, 2]
-                k += _U(2)
+                k += Index(2)
             if k < stop:
-                j = _U(neighbours[k])
+                j = Index(neighbours[k])
                 x += points[j, 0]
                 y += points[j, 1]
                 z += points[j, 2]
@@ -207,8 +205,8 @@ def _weighted_step(
         if moves[i]:
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
             x = y = z = 0.0
-            for k in range(_U(offsets[i]), _U(offsets[i + 1])):
-                j = _U(neighbours[k])
+            for k in range(Index(offsets[i]), Index(offsets[i + 1])):
+                j = Index(neighbours[k])
                 x += weights[k] * (points[j, 0] - px)
                 y += weights[k] * (points[j, 1] - py)
                 z += weights[k] * (points[j, 2] - pz)
@@ -227,8 +225,8 @@ def _length_step(
         if moves[i]:
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
             x = y = z = inverses = lengths = 0.0
-            for k in range(_U(offsets[i]), _U(offsets[i + 1])):
-                j = _U(neighbours[k])
+            for k in range(Index(offsets[i]), Index(offsets[i + 1])):
+                j = Index(neighbours[k])
                 dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
                 length = max(math.sqrt(dx * dx + dy * dy + dz * dz), shortest)
                 weight = 1.0 / length
@@ -247,8 +245,8 @@ def _length_step(
 def _sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
     for i in prange(sums.shape[0]):
         total = 0.0
-        for k in range(_U(offsets[i]), _U(offsets[i + 1])):
-            j = _U(neighbours[k])
+        for k in range(Index(offsets[i]), Index(offsets[i + 1])):
+            j = Index(neighbours[k])
             dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
             total += math.sqrt(dx * dx + dy * dy + dz * dz)
         sums[i] = total
@@ -282,30 +280,30 @@ def _move_block(
     # The edges of all stars in turn. The first edge of each star is repeated at the end of the star.
     edges = np.empty((6, offsets[last] - offsets[first] + last - first))
     x, y, z, squares, at_u, at_v = edges[0], edges[1], edges[2], edges[3], edges[4], edges[5]
-    at = _U(0)
-    for i in range(_U(first), _U(last)):
+    at = Index(0)
+    for i in range(Index(first), Index(last)):
         if kinds[i] == CLOSED or kinds[i] == OPEN:
             start = at
             px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-            for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
-                j = _U(neighbours[k])
+            for k in range(Index(offsets[i]), Index(offsets[i + Index(1)])):
+                j = Index(neighbours[k])
                 dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
                 x[at], y[at], z[at], squares[at] = dx, dy, dz, dx * dx + dy * dy + dz * dz
-                at += _U(1)
+                at += Index(1)
             x[at], y[at], z[at], squares[at] = x[start], y[start], z[start], squares[start]
-            at += _U(1)
+            at += Index(1)
     # u is an edge, v the next edge. In a separate loop the processor runs several square roots and divisions at a time.
-    for u in range(max(at, _U(1)) - _U(1)):
-        v = u + _U(1)
+    for u in range(max(at, Index(1)) - Index(1)):
+        v = u + Index(1)
         at_u[u], at_v[u] = halved_cotangents(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
-    bound, start = 0.0, _U(0)
-    for i in range(_U(first), _U(last)):
+    bound, start = 0.0, Index(0)
+    for i in range(Index(first), Index(last)):
         if kinds[i] == CLOSED or kinds[i] == OPEN:
-            closed, end = kinds[i] == CLOSED, start + _U(offsets[i + _U(1)] - offsets[i]) - _U(1)
+            closed, end = kinds[i] == CLOSED, start + Index(offsets[i + Index(1)] - offsets[i]) - Index(1)
             sx = sy = sz = total = size = area = 0.0
             # The weight of an edge is a sum over its two triangles; `weight` starts with the triangle before the edge.
             weight = at_u[end] if closed else 0.0
-            for u in range(start, end + _U(1)):
+            for u in range(start, end + Index(1)):
                 if u < end:
                     weight += at_v[u]
                 elif closed:
@@ -318,16 +316,16 @@ def _move_block(
                 weight = at_u[u]
             if rule == BY_AREA:
                 if closed:
-                    v = end + _U(1)
+                    v = end + Index(1)
                     area += mixed_share(x[end], y[end], z[end], squares[end], x[v], y[v], z[v], squares[v])
                 for u in range(start, end):
-                    v = u + _U(1)
+                    v = u + Index(1)
                     area += mixed_share(x[u], y[u], z[u], squares[u], x[v], y[v], z[v], squares[v])
                 if area > 0.0:
                     bound = max(bound, (total + size) / area)
             share = _share(rule, step, total, size, area)
             out[i, 0], out[i, 1], out[i, 2] = points[i, 0] + share * sx, points[i, 1] + share * sy, points[i, 2] + share * sz
-            start = end + _U(2)
+            start = end + Index(2)
     return bound
 
 

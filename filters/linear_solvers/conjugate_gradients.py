@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..compilation import compiled, prange
+from ..compilation import Index, compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Floats, Ints
@@ -24,10 +24,6 @@ Preconditioner: TypeAlias = Callable[[Floats], Floats]
 _STEPS = 5
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
-#: Indices in kernels are unsigned, because the compiler would test each signed index for being negative.
-Index: Any = np.uint64
-
-
 #: The least -a_ij / sqrt(a_ii a_jj) of strongly connected unknowns i and j on the finest level; halved from level to level.
 STRENGTH = 0.08
 #: A level of at most this many unknowns is factorised, which takes a few milliseconds.

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
-from ..compilation import compiled, prange
+from ..compilation import Index, compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Ints, Longs, mask_of
 
@@ -20,8 +20,6 @@ BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 #: More faces than an edge can have.
 _ANY = 1 << 31
-# Indices are unsigned: for signed ones the compiler adds a test for negative values.
-_U: Any = np.uint64
 # Insertion sort is faster than merge sort up to this length.
 _SHORT = 48
 
@@ -244,25 +242,25 @@ def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, I
 @compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
-        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
+        a, b, c = Index(faces[f, 0]), Index(faces[f, 1]), Index(faces[f, 2])
         if a != b and b != c and c != a:
-            offsets[a + _U(2)] += width
-            offsets[b + _U(2)] += width
-            offsets[c + _U(2)] += width
+            offsets[a + Index(2)] += width
+            offsets[b + Index(2)] += width
+            offsets[c + Index(2)] += width
 
 
 @compiled
 def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
     for f in range(faces.shape[0]):
-        a, b, c = _U(faces[f, 0]), _U(faces[f, 1]), _U(faces[f, 2])
+        a, b, c = Index(faces[f, 0]), Index(faces[f, 1]), Index(faces[f, 2])
         if a != b and b != c and c != a:
             for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
-                at = _U(offsets[i + _U(1)])
+                at = Index(offsets[i + Index(1)])
                 if width == 3:
                     entries[at] = f
-                    at += _U(1)
-                entries[at], entries[at + _U(1)] = np.int32(j), np.int32(k)
-                offsets[i + _U(1)] = np.int64(at + _U(2))
+                    at += Index(1)
+                entries[at], entries[at + Index(1)] = np.int32(j), np.int32(k)
+                offsets[i + Index(1)] = np.int64(at + Index(2))
 
 
 @compiled

@@ -9,14 +9,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compilation import compiled, prange
+from ..compilation import Index, compiled, prange
 from ..execution import threads_for
 from ..mesh import Ints, Longs
 from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
-# Indices are unsigned: for signed ones the compiler adds a test for negative values.
-_U: Any = np.uint64
 #: The kinds of stars: no triangle; a closed ring; a fan from border to border; anything else.
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Ordering the triangles round a vertex may take quadratic time: a star with more triangles than this counts as irregular.
@@ -27,9 +25,9 @@ _SLOT_BITS = 10
 #: The size of the hash table in which kernels look up vertices, see `slot_of`.
 SLOTS = 1 << _SLOT_BITS
 # The fields of a table entry of `_walk_round`, from the lowest bit on: slot, tag, place, vertex.
-_TAG, _PLACE, _VERTEX = _U(_SLOT_BITS), _U(20), _U(32)
-_SLOTS, _TAGS, _PLACES = _U(SLOTS - 1), _U((_BLOCK - 1) << _SLOT_BITS), _U(2 * _LARGEST_WALK - 1)
-_NOTHING = _U(2**64 - 1)
+_TAG, _PLACE, _VERTEX = Index(_SLOT_BITS), Index(20), Index(32)
+_SLOTS, _TAGS, _PLACES = Index(SLOTS - 1), Index((_BLOCK - 1) << _SLOT_BITS), Index(2 * _LARGEST_WALK - 1)
+_NOTHING = Index(2**64 - 1)
 
 
 class Stars(NamedTuple):
@@ -103,24 +101,24 @@ def take_walks(end_offsets: Longs, ends: Ints, kinds: Kinds, walks: Ints) -> Non
     """Copies each closed star from `walks` to the place in `ends` where its pairs start."""
     for i in prange(kinds.shape[0]):
         if kinds[i] == CLOSED:
-            start, size = _U(end_offsets[i]), _U((end_offsets[i + 1] - end_offsets[i]) // 2)
+            start, size = Index(end_offsets[i]), Index((end_offsets[i + 1] - end_offsets[i]) // 2)
             for m in range(size):
-                ends[start + m] = walks[start // _U(2) + m]
+                ends[start + m] = walks[start // Index(2) + m]
 
 
 @compiled(parallel=True)
 def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints | None, offsets: Longs, neighbours: Ints) -> None:
     """Writes the stars of all vertices to `neighbours`, from the ends that `order_ends` and `take_walks` have ordered."""
     for i in prange(kinds.shape[0]):
-        start, stop, at, end = _U(end_offsets[i]), _U(end_offsets[i + 1]), _U(offsets[i]), _U(offsets[i + 1])
+        start, stop, at, end = Index(end_offsets[i]), Index(end_offsets[i + 1]), Index(offsets[i]), Index(offsets[i + 1])
         if kinds[i] == CLOSED:
             for m in range(end - at):
                 neighbours[at + m] = ends[start + m]
         elif kinds[i] == OPEN:
-            forward = _name(names, ends[start]) < _name(names, ends[stop - _U(1)])
-            for m in range(end - at - _U(1)):
-                neighbours[at + m] = ends[start + _U(2) * m] if forward else ends[stop - _U(1) - _U(2) * m]
-            neighbours[end - _U(1)] = ends[stop - _U(1)] if forward else ends[start]
+            forward = _name(names, ends[start]) < _name(names, ends[stop - Index(1)])
+            for m in range(end - at - Index(1)):
+                neighbours[at + m] = ends[start + Index(2) * m] if forward else ends[stop - Index(1) - Index(2) * m]
+            neighbours[end - Index(1)] = ends[stop - Index(1)] if forward else ends[start]
         elif kinds[i] == IRREGULAR:
             ring = distinct_ends(ends, end_offsets[i], end_offsets[i + 1])
             if names is not None:
@@ -170,7 +168,7 @@ def order_ends(end_offsets: Longs, ends: Ints, names: Ints | None, kinds: Kinds,
 @compiled
 def slot_of(vertex: int) -> int:
     """The hash of a vertex, from 0 to `SLOTS` - 1; neighbours of a vertex mostly have different hashes."""
-    slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
+    slot: int = (Index(vertex) * Index(0x9E3779B97F4A7C15)) >> Index(64 - _SLOT_BITS)
     return slot
 
 
@@ -181,34 +179,34 @@ def _walk_round(ends: Ints, start: int, stop: int, names: Ints | None, table: An
     An entry of the hash `table` has the vertex, the place of its pair, the tag of this star and the slot of the next vertex. The
     walk fails if triangles are oriented differently or two vertices share a slot.
     """
-    first, last = _U(start), _U(stop)
+    first, last = Index(start), Index(stop)
     begin, before = ends[first], ends[first]  # the vertex with the lowest name, and the vertex before it
-    least, lowest = _name(names, begin), _name(names, ends[first + _U(1)])
-    tagged, k = _U(tag) << _TAG, first
+    least, lowest = _name(names, begin), _name(names, ends[first + Index(1)])
+    tagged, k = Index(tag) << _TAG, first
     while k < last:
-        vertex, after = ends[k], ends[k + _U(1)]
-        table[slot_of(vertex)] = _U(vertex) << _VERTEX | (k - first) << _PLACE | tagged | slot_of(after)
+        vertex, after = ends[k], ends[k + Index(1)]
+        table[slot_of(vertex)] = Index(vertex) << _VERTEX | (k - first) << _PLACE | tagged | slot_of(after)
         name, name_after = _name(names, vertex), _name(names, after)
         begin, before = vertex if name < least else begin, vertex if name_after < lowest else before
         least, lowest = min(name, least), min(name_after, lowest)
-        k += _U(2)
-    at, size, wrong = first // _U(2), (last - first) // _U(2), _U(0)
+        k += Index(2)
+    at, size, wrong = first // Index(2), (last - first) // Index(2), Index(0)
     slot = slot_of(begin)
     # In `walks` the lower neighbour follows `begin`: if `second` is lower, `walks` is filled forwards, else from its last place.
-    second = ends[first + (table[slot] >> _PLACE & _PLACES) + _U(1)]
+    second = ends[first + (table[slot] >> _PLACE & _PLACES) + Index(1)]
     forward = _name(names, second) <= _name(names, before)
     place, way = (np.int64(at), 1) if forward else (np.int64(at + size), -1)
-    vertex, walks[at], k = begin, begin, _U(0)
+    vertex, walks[at], k = begin, begin, Index(0)
     while k < size:
         entry = table[slot]
-        wrong |= ((entry >> _VERTEX) ^ _U(vertex)) | ((entry ^ tagged) & _TAGS) | _U((k > _U(0)) & (vertex == begin))
-        if k > _U(0):
+        wrong |= ((entry >> _VERTEX) ^ Index(vertex)) | ((entry ^ tagged) & _TAGS) | Index((k > Index(0)) & (vertex == begin))
+        if k > Index(0):
             walks[place] = vertex
         # The entry of another star may point beyond the last pair.
-        vertex, slot = ends[min(first + (entry >> _PLACE & _PLACES), last - _U(2)) + _U(1)], entry & _SLOTS
+        vertex, slot = ends[min(first + (entry >> _PLACE & _PLACES), last - Index(2)) + Index(1)], entry & _SLOTS
         place += way
-        k += _U(1)
-    return bool((vertex == begin) & (wrong == _U(0)) & (size > _U(1)))
+        k += Index(1)
+    return bool((vertex == begin) & (wrong == Index(0)) & (size > Index(1)))
 
 
 @compiled
