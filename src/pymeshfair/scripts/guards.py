@@ -122,7 +122,7 @@ class Guards:
 
     @classmethod
     def parse(cls, texts: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Guards:
-        """Parses limits from texts by field; refuses unknown fields and wrong texts, with the fields' `names` (None: their own)."""
+        """Parses limits from texts by field; raises `ParameterError` for an unknown field or a wrong text, under its `names`."""
         for name, text in texts.items():
             if name not in ATTRIBUTES:
                 raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
