@@ -20,11 +20,15 @@ _SOFTNESS = 0.25
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
     """(n, 3) unit vertex normals: the sum of the face normals weighted by the corner angles; 0 at vertices without a face."""
     mesh = _normalised(vertices, faces)
-    return at_vertices(mesh, vertex_normals(mesh.points, mesh.cells))
+    return at_vertices(mesh, normals_by_completed_angle(mesh.points, mesh.cells))
 
 
-def vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes no normal."""
+def normals_by_completed_angle(points: Floats, faces: Ints) -> Floats:
+    """(n, 3) unit vectors along sums of face normals weighted by corner angles; 0 stays 0. Splitting a face changes no normal.
+
+    The angles are arc tangents, completed to pi in each face, of points scaled to unit size. `geometry.vertex_normals_by_angle`
+    takes points of any size, and arc cosines, which are less exact.
+    """
     sums = np.zeros((len(points), 3))
     _add_normals(points, faces, sums)
     return unit_vectors(sums)
@@ -67,7 +71,7 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
     points = mesh.points
     if operator == "cotangent":
         moves = laplace_beltrami(points, mesh.cells).apply(points)
-        local = -0.5 * np.einsum("ij,ij->i", vertex_normals(points, mesh.cells), moves)
+        local = -0.5 * np.einsum("ij,ij->i", normals_by_completed_angle(points, mesh.cells), moves)
     else:
         local = _uniform(points, mesh.cells)
     local[border_vertices(mesh.cells, len(mesh))] = 0.0
@@ -116,7 +120,7 @@ def _uniform(points: Floats, faces: Ints) -> Floats:
         np.add.at(sums, pairs[:, k], sign * towards)
         lengths += np.bincount(pairs[:, k], squares, minlength=len(points))
     # Sums over the ring instead of means: the valence cancels in the quotient.
-    bulges = -2.0 * np.einsum("ij,ij->i", vertex_normals(points, faces), sums)
+    bulges = -2.0 * np.einsum("ij,ij->i", normals_by_completed_angle(points, faces), sums)
     return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
 
 

@@ -16,7 +16,7 @@ from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
 from ..neighbours import gap_to, split_nodes
 from ..topology import faces_across, proper_faces
-from .curvature import at_vertices, vertex_normals
+from .curvature import at_vertices, normals_by_completed_angle
 
 #: Triangles in a leaf, a constant of the kernels: 2 and 8 are not faster.
 _LEAF = 4
@@ -277,7 +277,7 @@ class Surface:
 
     @cached_property
     def _vertex_normals(self) -> Floats:
-        return vertex_normals(self.mesh.points, self.mesh.cells)
+        return normals_by_completed_angle(self.mesh.points, self.mesh.cells)
 
     @cached_property
     def _across(self) -> Ints:
