@@ -148,8 +148,7 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
 
 def filter_page(filter: Filter) -> Iterator[str]:
     """The declaration of a filter as the lines of a page."""
-    menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
-    yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
+    yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({filter.menus})"
     if filter.info:
         yield f"\n{filter.info}"
     yield "\nParameters" if filter.parameters else "\nIt has no parameters."

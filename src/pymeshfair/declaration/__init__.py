@@ -218,6 +218,11 @@ class Filter:
     def summary(self) -> str:
         return self.info.partition("\n")[0]
 
+    @property
+    def menus(self) -> str:
+        """The names of its menus, in lower case with commas."""
+        return ", ".join(str(kind.name).replace("_", " ").lower() for kind in FilterClass if kind in self.classes)
+
     def parameter(self, name: str) -> Parameter:
         """Returns the parameter with a Python name, or raises `UnknownNameError` with the nearest name."""
         by_name = {parameter.name: parameter for parameter in self.parameters}

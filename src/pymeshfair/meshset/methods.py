@@ -12,7 +12,7 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..declaration import AUTO, Bool, Color, Enum, Filter, FilterClass, Length, Matrix, Parameter, Percentage, Point, Shot
+from ..declaration import AUTO, Bool, Color, Enum, Filter, Length, Matrix, Parameter, Percentage, Point, Shot
 from ..errors import UnknownNameError
 from ..meshlab.base import UnknownFilterError
 from ..registry import all_filters, custom_filters, find_filter
@@ -140,8 +140,7 @@ def method_docstring(declared: Filter) -> str:
 
 
 def _about_builtin(declared: Filter) -> str:
-    menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
-    return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
+    return f"MeshLab's filter {declared.name!r}.\n\nMenus: {declared.menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:
