@@ -52,7 +52,7 @@ _RUN = 64  # see `order_of_faces`
 FURTHEST = 2.0
 _IRREGULAR = "the mesh is too irregular there, or a step too long: improve the mesh first, or smooth less"
 # Points are near in memory if their numbers differ by at most this; all points near one point take 0.4 MB of a cache.
-_NEAR = 8192
+NEAR = 8192
 _SAMPLE = 20_000  # number of triangles that are sampled
 # A reordering takes as much time as it saves in this many sweeps over all one-rings, as measured.
 _SWEEPS_A_REORDERING_COSTS = 8
@@ -417,7 +417,7 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, 
     if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
     sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
-    return bool((np.abs(sample[:, 0] - sample[:, 1]) * size > _NEAR).mean() > 0.25)
+    return bool((np.abs(sample[:, 0] - sample[:, 1]) * size > NEAR).mean() > 0.25)
 
 
 def order_by_place(points: Floats, faces: Ints) -> Ints:

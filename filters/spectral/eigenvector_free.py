@@ -22,7 +22,7 @@ from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import fft, sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, CompressedRows, SpdSolver
-from ..mesh import FITS_IN_CACHE, Floats, Ints
+from ..mesh import FITS_IN_CACHE, NEAR, Floats, Ints
 from .problem import Response, SpectralProblem
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
@@ -299,10 +299,9 @@ _CHECKED_EVERY = 16  # products between two checks of the norm
 LARGEST_DEGREE = 100_000
 #: Steps of Lanczos's method, and the factor on its result.
 _LANCZOS_STEPS, _MARGIN = 24, 1.02
-#: A large matrix is reordered if at least the share `_SCATTERED` of its entries is more than `_NEAR` columns off the diagonal,
+#: A large matrix is reordered if at least the share `_SCATTERED` of its entries is more than `NEAR` columns off the diagonal,
 #: and if at least `_PRODUCTS_AN_ORDER_COSTS` products with one column follow, which take as long as the reordering.
 _SCATTERED = 0.2
-_NEAR = 8192
 _PRODUCTS_AN_ORDER_COSTS = 300
 
 
@@ -444,6 +443,6 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
     if n < FITS_IN_CACHE or products < _PRODUCTS_AN_ORDER_COSTS:
         return None
     rows = np.repeat(np.arange(n, dtype=matrix.indices.dtype), np.diff(matrix.indptr))
-    if (np.abs(rows - matrix.indices) > _NEAR).mean() < _SCATTERED:
+    if (np.abs(rows - matrix.indices) > NEAR).mean() < _SCATTERED:
         return None
     return np.asarray(sparse.csgraph.reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)

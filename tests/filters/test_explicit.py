@@ -407,7 +407,7 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
             continue
         monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
         monkeypatch.setattr(ordering, "FITS_IN_CACHE", 0 if reordered else 10**9)
-        monkeypatch.setattr(ordering, "_NEAR", 0)
+        monkeypatch.setattr(ordering, "NEAR", 0)
         monkeypatch.setattr(ordering, "_SWEEPS_A_REORDERING_COSTS", 0)
         before = allowed_threads()
         set_threads(threads)

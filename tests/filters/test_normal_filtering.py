@@ -254,7 +254,7 @@ def test_an_order_of_space_makes_no_difference_to_the_bits(settings: dict[str, A
     results = []
     for fits_in_cache in (10**9, 0):
         monkeypatch.setattr(ordering, "FITS_IN_CACHE", fits_in_cache)
-        monkeypatch.setattr(ordering, "_NEAR", 0)
+        monkeypatch.setattr(ordering, "NEAR", 0)
         monkeypatch.setattr(ordering, "_SWEEPS_A_REORDERING_COSTS", 1)
         normals = {name: value for name, value in settings.items() if name in FIELDS}
         results.append(
