@@ -6,7 +6,7 @@ A filter begins with a normalised mesh: centred, without unused vertices, of ord
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +43,8 @@ Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+#: The type of indices and bit fields in kernels: for signed indices the compiler adds a test for negative values.
+Index: Any = np.uint64
 
 #: The number of points in a block of `_restore`; one thread does a whole block.
 _BLOCK = 4096
@@ -314,8 +316,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
     """Marks the vertices of triangles or edges that name no vertex twice."""
     last = cells.shape[1] - 1
     for f in range(cells.shape[0]):
-        # Unsigned, because the compiler would test signed indices for being negative.
-        a, b, c = np.uint64(cells[f, 0]), np.uint64(cells[f, 1]), np.uint64(cells[f, last])
+        a, b, c = Index(cells[f, 0]), Index(cells[f, 1]), Index(cells[f, last])
         if a != b and a != c and (b != c or last == 1):
             used[a] = used[b] = used[c] = True
 

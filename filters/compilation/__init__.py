@@ -2,7 +2,6 @@
 
 from .kernel import (
     Compilation,
-    Index,
     allowed_threads,
     compile_ahead,
     compiled,
@@ -16,7 +15,6 @@ from .machine_code import Stored, most_threads, processor, stored
 
 __all__ = [
     "Compilation",
-    "Index",
     "Stored",
     "allowed_threads",
     "compile_ahead",

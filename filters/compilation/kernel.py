@@ -95,10 +95,6 @@ else:
             return range(*limits)
 
 
-#: The type of indices and bit fields in kernels: for signed indices the compiler adds a test for negative values.
-Index: Any = np.uint64
-
-
 def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
     """Hashes a function and the numba options; raises `TypeError` if the function uses a value that cannot be hashed."""
     parts = [f"options {sorted(options.items())!r}", f"defaults {function.__defaults__!r}"]

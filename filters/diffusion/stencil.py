@@ -12,8 +12,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..compilation import Index, compiled, prange
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, mask_of
+from ..compilation import compiled, prange
+from ..mesh import Bools, Floats, Index, Ints, Longs, NormalisedMesh, mask_of
 from ..operators import (
     CURVE_OPERATOR,
     OPERATOR_NAMES,

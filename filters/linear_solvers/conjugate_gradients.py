@@ -13,10 +13,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..compilation import Index, compiled, prange
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
-from ..mesh import Floats, Ints
+from ..mesh import Floats, Index, Ints
 
 #: Maps a residual (n, 3) to an approximate solution (n, 3): a symmetric positive definite approximation of the inverse.
 Preconditioner: TypeAlias = Callable[[Floats], Floats]

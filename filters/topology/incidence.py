@@ -10,9 +10,9 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
-from ..compilation import Index, compiled, prange
+from ..compilation import compiled, prange
 from ..execution import threads_for
-from ..mesh import Bools, Ints, Longs, mask_of
+from ..mesh import Bools, Index, Ints, Longs, mask_of
 
 #: "fixed": border vertices stay. "along": they are smoothed as a curve, by their neighbours along border edges alone. "free":
 #: they are treated like all other vertices, and the border shrinks.

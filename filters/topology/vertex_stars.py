@@ -9,9 +9,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compilation import Index, compiled, prange
+from ..compilation import compiled, prange
 from ..execution import threads_for
-from ..mesh import Ints, Longs
+from ..mesh import Index, Ints, Longs
 from .incidence import ring_ends, sort_slice
 
 Kinds: TypeAlias = NDArray[np.uint8]
