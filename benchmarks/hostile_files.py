@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import functools
 import io
 import os
 
@@ -28,7 +27,6 @@ import tempfile
 import time
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -40,7 +38,6 @@ from tests.running.runs import session_report
 import pymeshfair
 import pymeshfair.running.session  # loaded once, before forks
 from pymeshfair.errors import RunError
-from pymeshfair.filters.compilation import machine_code
 from pymeshfair.registry import all_filters
 
 SLOW = 10.0
@@ -153,23 +150,8 @@ def tables() -> int:
     return wrong
 
 
-def _avoid_openmp() -> None:
-    """Let kernels use numba's own threads, which a fork can start anew: OpenMP ends every fork of a process that has used it."""
-    load = machine_code.extension
-
-    @functools.cache
-    def extension(name: str) -> Any:
-        if name.endswith("omppool"):
-            raise ImportError("not for forks")
-        return load(name)
-
-    machine_code.extension = extension
-    os.register_at_fork(after_in_child=machine_code.start_threads.cache_clear)
-
-
 def _warm_up() -> None:
     """Read a good file of each format, so that forks have the compiled parts loaded."""
-    _avoid_openmp()
     for name, seed in SEEDS.items():
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             path = Path(folder) / name

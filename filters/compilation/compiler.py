@@ -19,7 +19,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from ..checks import PymeshfairError
-from .machine_code import MachineCode, processor
+from .machine_code import MachineCode, link_anew, processor
 
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
@@ -135,3 +135,4 @@ def main() -> None:
 COMPILER = Compiler()
 if hasattr(os, "register_at_fork"):  # a forked process must not read answers to its parent or wait for the parent's threads
     os.register_at_fork(after_in_child=lambda: Compiler.__init__(COMPILER))
+    os.register_at_fork(after_in_child=link_anew)

@@ -10,11 +10,12 @@ The build of a wheel and ``pymeshfair doctor --warm`` compile these kernels ahea
 import hashlib
 import importlib
 import json
+import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
@@ -59,8 +60,7 @@ def _type_of(value: Any) -> ArgumentType:
     kind = type(value)
     if kind is np.ndarray:
         return _array_type(value.dtype, value.ndim, value.flags.num)
-    plain = _PLAIN.get(kind)
-    if plain is not None:
+    if (plain := _PLAIN.get(kind)) is not None:
         return plain
     if isinstance(value, tuple):
         parts = tuple([_type_of(part) for part in value])
@@ -139,8 +139,7 @@ class Kernel:
     """A function that runs as machine code, see `compiled`. Kernels can call kernels: numba treats them as its own functions."""
 
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
-        self.py_func = function
-        self.options = options
+        self.py_func, self.options = function, options
         self.__name__ = function.__name__
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
@@ -152,9 +151,7 @@ class Kernel:
             signature = signature_of(arguments)
         except UnknownTypeError:
             return self.dispatcher(*arguments)
-        code = self.code.get(signature)
-        if code is None:
-            code = self._loaded(signature)
+        code = self.code.get(signature) or self._loaded(signature)
         if not self._is_parallel:
             return code(*arguments)
         set_number, lock = start_threads()
@@ -166,6 +163,8 @@ class Kernel:
         """Returns the machine code for a signature: from the store, or compiled and stored."""
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
+            if hasattr(os, "register_at_fork"):
+                os.register_at_fork(after_in_child=self.code.clear)  # in a fork these functions have other addresses
         if self.__module__ == "__main__" or getattr(sys.modules.get(self.__module__), self.__qualname__, None) is not self:
             return self.code.setdefault(signature, self.dispatcher)  # the compiler process cannot import this kernel
         name = self.stored_name(signature)
@@ -175,9 +174,8 @@ class Kernel:
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             machine_code.write(name, code)
         with _LOADING:  # two copies of the code would share one environment object, and freeing a copy may free it
-            loaded: Callable[..., Any] | None = self.code.get(signature)
-            if loaded is None:
-                loaded = self.code[signature] = machine_code.load(code, self.__name__)
+            loaded: Callable[..., Any] = self.code.get(signature) or machine_code.load(code, self.__name__)
+            self.code[signature] = loaded
         return loaded
 
     @cached_property
@@ -205,12 +203,10 @@ class Kernel:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The hash of the function, of all that it uses, and of numba's options."""
         return fingerprint(self.py_func, self.options)
 
     @property
     def _numba_type_(self) -> Any:
-        """The numba type of the kernel when another kernel uses it."""
         return self.dispatcher._numba_type_
 
 
@@ -311,11 +307,8 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
     idle: SimpleQueue[Compiler] = SimpleQueue()
     for compiler in compilers:
         idle.put(compiler)
-    failures = []
     with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(_compile, idle, *task) for task in tasks]
-        for future in as_completed(futures):
-            failures += future.result()
+        failures = [text for each in pool.map(lambda task: _compile(idle, *task), tasks) for text in each]
     for compiler in compilers:
         compiler.close()
     return failures

@@ -1,7 +1,6 @@
 """Stores machine code compiled by numba, and loads it without numba, whose import takes longer than most filters.
 
-The name of a stored file has a hash of the kernel and its argument types. Machine code calls C functions of numba's extension
-modules. This module loads the extension modules by their paths, and llvmlite links the code with their functions.
+Machine code calls C functions of numba's extension modules. This module loads these by their paths, and llvmlite links the code.
 """
 
 import builtins
@@ -28,6 +27,8 @@ _X86_LEVELS = (
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
+#: In a fork: the linkers of the processes that it comes from. Without a linker its code would be freed.
+_FORMER: list[Any] = []
 #: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
 #: The C functions that parallel code calls besides ``numba_parallel_for``.
@@ -198,15 +199,11 @@ def extension(name: str) -> Any:
     return module
 
 
-_unpickled: dict[int, Any] = {}
-
-
 @ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
+@cache
 def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands for a function in C
     """Unpickles a constant of machine code (a class, or the arguments of an exception), once."""
-    if data not in _unpickled:
-        _unpickled[data] = pickle.loads(ctypes.string_at(data, size))
-    return _unpickled[data]
+    return pickle.loads(ctypes.string_at(data, size))
 
 
 @cache
@@ -222,13 +219,22 @@ def start_threads() -> tuple[Any, Any]:
     """Returns a function that sets how many threads the calling thread uses, and a lock for parallel calls (none with OpenMP)."""
     import llvmlite.binding as llvm
 
-    lock: Any = nullcontext()
+    lock: Any = threading.Lock()
     try:
-        layer = extension("np.ufunc.omppool")
+        layer = extension("np.ufunc.workqueue" if _FORMER else "np.ufunc.omppool")
+        lock = lock if _FORMER else nullcontext()
     except ImportError:
-        layer, lock = extension("np.ufunc.workqueue"), threading.Lock()
+        layer = extension("np.ufunc.workqueue")
     llvm.add_symbol("numba_parallel_for", layer.parallel_for)
     for name in _FUNCTIONS:
         llvm.add_symbol(name, getattr(layer, name))
     ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.launch_threads)(most_threads())
     return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), lock
+
+
+def link_anew() -> None:
+    """In a fork: parallel kernels are loaded again, with numba's own threads. GNU's OpenMP ends forks of processes with it."""
+    if start_threads.cache_info().currsize:
+        _FORMER.append(_engine())
+        _engine.cache_clear()
+        start_threads.cache_clear()

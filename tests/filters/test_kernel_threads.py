@@ -41,6 +41,23 @@ workers = [threading.Thread(target=work, args=(k,)) for k in range(1, 5)]
 work(5)
 print(all((found[k] == found[0]).all() for k in range(6)))
 """
+#: smooths in a process, in a fork of it, in a fork of the fork, and again in the process; prints whether all results are the same
+FORKS = """
+import os
+from pymeshfair.filters.diffusion import explicit_smoothing
+from tests.meshes import icosphere
+mesh = icosphere(6)
+expected = explicit_smoothing(*mesh, iterations=2)
+def same(forks):
+    found = (explicit_smoothing(*mesh, iterations=2) == expected).all()
+    if found and forks:
+        fork = os.fork()
+        if fork == 0:
+            os._exit(not same(forks - 1))
+        found = os.waitpid(fork, 0)[1] == 0
+    return found
+print(bool(same(2) and same(0)))
+"""
 
 
 @compiled(parallel=True)
@@ -108,6 +125,13 @@ def test_other_numbers_are_refused(count: int) -> None:
 def test_several_threads_call_parallel_kernels_at_once(layer: str) -> None:
     """The results are those of one thread; numba's own threads, without OpenMP, would end the process without the lock."""
     assert run(layer + SEVERAL) == "True\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
+@pytest.mark.parametrize("layer", ["", WITHOUT_OPENMP], ids=["as it is", "without OpenMP"])
+def test_forks_call_parallel_kernels(layer: str) -> None:
+    """Forks, and forks of forks, have the results of the process; OpenMP would end them, and a pool would wait for ever."""
+    assert run(layer + FORKS) == "True\n"
 
 
 @pytest.mark.slow
