@@ -14,8 +14,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -205,12 +205,10 @@ class Kernel:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The hash of the function, of all that it uses, and of numba's options."""
         return fingerprint(self.py_func, self.options)
 
     @property
     def _numba_type_(self) -> Any:
-        """The numba type of the kernel when another kernel uses it."""
         return self.dispatcher._numba_type_
 
 
@@ -307,17 +305,16 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
     """Compiles all kernels that are not stored yet; `processes` None means `most_threads`. Returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
-    compilers = [Compiler() for _ in range(count)]
     idle: SimpleQueue[Compiler] = SimpleQueue()
-    for compiler in compilers:
-        idle.put(compiler)
     failures = []
-    with ThreadPoolExecutor(count) as pool:
-        futures = [pool.submit(_compile, idle, *task) for task in tasks]
-        for future in as_completed(futures):
-            failures += future.result()
-    for compiler in compilers:
-        compiler.close()
+    with ThreadPoolExecutor(count) as pool, ExitStack() as ending:  # what has not begun is left out after Ctrl-C
+        for _ in range(count):
+            compiler = Compiler()
+            ending.callback(compiler.close)
+            idle.put(compiler)
+        ending.callback(pool.shutdown, wait=False, cancel_futures=True)
+        for messages in pool.map(lambda task: _compile(idle, *task), tasks):
+            failures += messages
     return failures
 
 
