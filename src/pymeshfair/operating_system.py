@@ -132,9 +132,8 @@ class System:
 
     def processors(self) -> int:
         """The number of processors; on Linux only those that this process may use."""
-        if self.is_posix and hasattr(os, "sched_getaffinity"):
-            return len(os.sched_getaffinity(0))
-        return os.cpu_count() or 1
+        can_tell = self.is_posix and hasattr(os, "sched_getaffinity")
+        return len(os.sched_getaffinity(0)) if can_tell else os.cpu_count() or 1
 
 
 def this_system() -> System:
