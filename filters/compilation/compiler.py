@@ -10,6 +10,7 @@ import importlib
 import itertools
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -60,7 +61,7 @@ class Compiler:
                 self._send(self._process, (module, name, signature))
                 assert self._process.stdout is not None
                 answer = pickle.load(self._process.stdout)
-            except (OSError, EOFError) as error:
+            except (OSError, EOFError, pickle.UnpicklingError) as error:
                 self.__dict__.pop("_process", None)
                 raise CompilationError(f"the process that compiles {module}.{name} has ended") from error
             except BaseException:
@@ -117,6 +118,7 @@ def machine_code(kernel: Any, signature: Signature) -> MachineCode:
 
 def main() -> None:
     """Compiles the kernels requested on stdin until stdin is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the parent ends this one
     orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     os.dup2(2, 1)  # stdout carries the answers, so prints go to stderr

@@ -73,20 +73,11 @@ def platform_name() -> str:
     return f"{sys.implementation.cache_tag}-numba{numba}-llvmlite{llvmlite}-{sys.platform}-{platform.machine()}-{processor()}"
 
 
-def users_folder_is_writable() -> bool:
-    """Whether later processes find the code that this process compiles."""
-    folder = users_folder()
-    with suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
-        return os.access(folder, os.W_OK | os.X_OK)
-    return False
-
-
 def users_folder() -> Path:
     """The user's folder for compiled code: in NUMBA_CACHE_DIR, or in the cache folder of the system."""
     if folder := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(folder) / "pymeshfair"
-    home = Path("~").expanduser()
+    home = Path("/", os.path.expanduser("~"))  # noqa: PTH111 - "/~" for a user without a home, where pathlib raises an error
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local") / "pymeshfair" / "kernels"
     if sys.platform == "darwin":
@@ -106,8 +97,10 @@ class Stored(NamedTuple):
 def stored() -> Stored:
     """Counts the stored kernels."""
     folder = users_folder()
-    installed, kept = (sum(1 for _ in (place / platform_name()).glob("*")) for place in (INSTALLED, folder))
-    return Stored(installed, kept, folder, users_folder_is_writable())
+    installed, kept = (sum(1 for _ in (place / platform_name()).glob("*-*")) for place in (INSTALLED, folder))
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+    return Stored(installed, kept, folder, folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
 
 
 def read(name: str) -> MachineCode | None:
@@ -209,7 +202,8 @@ def _UNPICKLE(data: int, size: int, digest: int) -> Any:  # noqa: N802 - stands 
 @cache
 def most_threads() -> int:
     """The largest number of threads: NUMBA_NUM_THREADS, or the number of processors that this process may use."""
-    if count := os.environ.get("NUMBA_NUM_THREADS"):
+    count = os.environ.get("NUMBA_NUM_THREADS", "").strip()
+    if count.isdecimal():
         return max(1, int(count))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

@@ -26,7 +26,6 @@ class System:
 
     @property
     def stop_signals(self) -> tuple[str, ...]:
-        """The signals that ask a process to end."""
         return ("SIGINT", "SIGTERM", "SIGHUP") if self.is_posix else ("SIGINT", "SIGTERM")
 
     @property
@@ -45,8 +44,9 @@ class System:
         if not self.is_posix:
             process.kill()
             return
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
+        for kill in (os.kill, os.killpg):  # a new fork may have no group of its own yet
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                kill(process.pid, signal.SIGKILL)
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
         """Whether a child has ended, even if another process has its pipes open; with POSIX the caller must still wait for it."""
@@ -132,9 +132,8 @@ class System:
 
     def processors(self) -> int:
         """The number of processors; on Linux only those that this process may use."""
-        if self.is_posix and hasattr(os, "sched_getaffinity"):
-            return len(os.sched_getaffinity(0))
-        return os.cpu_count() or 1
+        can_tell = self.is_posix and hasattr(os, "sched_getaffinity")
+        return len(os.sched_getaffinity(0)) if can_tell else os.cpu_count() or 1
 
 
 def this_system() -> System:

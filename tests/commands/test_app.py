@@ -64,6 +64,14 @@ def test_commands_are_completed_by_the_shell(shell: str, mark: str) -> None:
     assert CliRunner().invoke(app, [], prog_name="pymeshfair", env=asked).output.split() == ["export"]
 
 
+@pytest.mark.parametrize("words", ["run", "batch", "check", "export", "info", "tune scan.ply --recipe"])
+def test_recipes_are_completed_by_the_shell(words: str) -> None:
+    """Wherever a command takes the name of a recipe."""
+    line = f"pymeshfair {words} smooth_tau"
+    asked = {"_PYMESHFAIR_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(line.split()) - 1)}
+    assert CliRunner().invoke(app, [], prog_name="pymeshfair", env=asked).output.split() == ["smooth_taubin"]
+
+
 def test_help_imports_nothing_heavy() -> None:
     """Whoever asks for help waits for typer alone."""
     program = (

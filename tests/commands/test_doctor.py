@@ -33,6 +33,8 @@ def test_a_sound_machine_is_well() -> None:
     assert "error" not in read
     details = {f["name"]: f["detail"] for f in read["findings"]}
     assert f"pymeshlab {importlib.metadata.version('pymeshlab')}" in details["packages"]
+    packages = details["packages"].split(", ")
+    assert len(packages) == len(set(packages)), "a package that is required twice is named twice"
     assert "281 of MeshLab" in details["filters"]
     assert {"python", "pymeshlab", "facts", "numba", "disk"} <= set(details)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import importlib
 import json
 import os
@@ -9,6 +10,7 @@ import pickle
 import platform
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -30,7 +32,7 @@ from pymeshfair.filters.compilation import (
     machine_code,
     processor,
 )
-from pymeshfair.filters.compilation.compiler import COMPILER, Compiler, numba_type
+from pymeshfair.filters.compilation.compiler import COMPILER, CompilationError, Compiler, numba_type
 from pymeshfair.filters.compilation.kernel import fingerprint, from_json
 
 PROJECT = Path(__file__).parents[2]
@@ -151,6 +153,66 @@ def test_machine_code_with_a_wrong_byte_is_not_loaded(tmp_path: Path, monkeypatc
     data[500] ^= 1
     file.write_bytes(data)
     assert machine_code.read("kernel") is None
+
+
+@pytest.mark.skipif(os.name != "posix", reason="takes users with numbers")
+def test_a_user_whom_the_system_does_not_know_needs_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container may run a program without HOME under a number that no user has: there are no kernels to read, and no error."""
+
+    def unknown(number: int) -> None:
+        raise KeyError(number)
+
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    assert machine_code.users_folder().is_absolute()
+    assert machine_code.read("kernel") is None
+
+
+def test_a_number_of_threads_that_is_none_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba takes all processors then, too."""
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
+    processors = machine_code.most_threads.__wrapped__()
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "many")
+    assert machine_code.most_threads.__wrapped__() == processors
+
+
+def test_an_unfinished_file_is_no_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a killed process has left is not counted."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    machine_code.write("module.kernel-1234", machine_code.MachineCode(b"", "function", "environment", ()))
+    (file,) = tmp_path.glob("pymeshfair/*/*")
+    file.with_name("1234.part").touch()
+    assert machine_code.stored().kept == 1
+
+
+def test_after_an_interrupt_no_further_kernel_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C ends compiling ahead with the kernels that are under way."""
+    begun = []
+
+    def compile_one(_: object, __: str, name: str, signature: object) -> list[str]:
+        begun.append(name)
+        if len(begun) == 20:  # the others wait in the queue
+            _thread.interrupt_main()
+        time.sleep(0.02)
+        return []
+
+    monkeypatch.setattr("pymeshfair.filters.compilation.kernel._compile", compile_one)
+    with pytest.raises(KeyboardInterrupt):
+        compile_ahead({"module": {f"kernel{number}": [()] for number in range(300)}}, processes=2)
+    assert len(begun) < 300
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the signal of POSIX terminals")
+def test_ctrl_c_leaves_the_compiler_to_its_parent() -> None:
+    """A terminal sends the signal to all processes; the compiler prints no traceback, and compiles what is asked next."""
+    compiler = Compiler()
+    for _ in range(2):
+        with pytest.raises(CompilationError, match="no attribute 'missing'"):
+            compiler.compile("pymeshfair.filters.compilation.kernel", "missing", ())
+        compiler._process.send_signal(signal.SIGINT)
+        time.sleep(0.2)
+    compiler.close()
 
 
 def test_a_change_of_what_a_kernel_is_compiled_from_changes_its_name(monkeypatch: pytest.MonkeyPatch) -> None:

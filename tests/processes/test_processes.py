@@ -24,7 +24,7 @@ from pymeshfair.running.supervise import MODULES, run_job, workers_of_runs
 from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
 
 IMPLICIT: Given = ("apply_coord_implicit_fairing", {})
-#: a program that forks its workers, as the command does, and runs a recipe given as text in each of two
+#: a program that forks its workers, as the command does, and runs a recipe in them; it prints to another descriptor than 1
 FORKS = """
 import sys
 from pathlib import Path
@@ -35,6 +35,7 @@ from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job, workers_of_runs
 from pymeshfair.recipe import load_recipe
 
+sys.stdout = os.fdopen(os.dup(1), "w")
 with workers_of_runs(1, 2) as pool:
     pool.prepare()
     (process,) = pool._idle

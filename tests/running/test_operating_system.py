@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -49,6 +50,14 @@ def test_a_child_is_seen_to_run_and_to_end(system: System) -> None:
         while not system.has_ended(child):
             assert time.monotonic() < deadline
             time.sleep(0.01)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
+def test_a_child_without_a_group_of_its_own_is_killed_too(system: System) -> None:
+    """A new fork that has not made its session yet does not live on."""
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as child:
+        system.kill(child)
+        assert child.wait(30) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])

@@ -111,6 +111,7 @@ def test_threads_and_memory_of_a_worker() -> None:
     assert (own["OMP_WAIT_POLICY"], own["HOME"]) == ("ACTIVE", "/h")
     assert worker_environment(None, {})["MALLOC_TRIM_THRESHOLD_"] == str(2**25)
     assert worker_environment(None, {"MALLOC_TRIM_THRESHOLD_": "9"})["MALLOC_TRIM_THRESHOLD_"] == "9"
+    assert worker_environment(None, {"PYTHONIOENCODING": "latin-1"})["PYTHONIOENCODING"] == "utf-8"
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     assert worker_environment(None, {})["NUMBA_NUM_THREADS"] == str(processors)
 

@@ -103,7 +103,7 @@ def look_at_python() -> Iterator[Finding]:
             versions.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:
             missing += [] if marker else [name]  # a requirement with a marker is only for some systems
-    detail = ", ".join([*versions, *(f"{name} is missing" for name in missing)])
+    detail = ", ".join([*dict.fromkeys(versions), *(f"{name} is missing" for name in missing)])
     yield Finding("packages", not missing, detail, f"`python -m pip install {' '.join(missing)}`" if missing else "")
 
 

@@ -73,7 +73,6 @@ class CommandGroup(TyperGroup):
     """The commands of `pymeshfair`, whose errors and exit codes are handled here."""
 
     def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
-        """Run the command line `args` and exit with the code of the command or of its `Failure`."""
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()
@@ -81,6 +80,8 @@ class CommandGroup(TyperGroup):
         warnings.showwarning = lambda message, *where: warn(message)
         if os.environ.get("NO_COLOR"):
             extra["color"] = False
+        if os.environ.get("COLUMNS") == "0":  # the width is unknown, but tables of this width would have no text
+            del os.environ["COLUMNS"]
         try:
             code = super().main(arguments, prog_name or "pymeshfair", **{**extra, "standalone_mode": False})
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None

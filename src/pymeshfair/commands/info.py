@@ -13,7 +13,7 @@ from typer import Argument
 
 from ..places import counted, point_text
 from .group import Command
-from .options import AllowOutside, Json, Unchecked
+from .options import AllowOutside, Json, Unchecked, recipe_names
 from .streams import print_document, print_lines, say, show, warn
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _by_task(heads: Sequence[RecipeHead]) -> Iterator[str]:
 
 
 def info(
-    subject: Annotated[str, Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    subject: Annotated[str, Argument(metavar="FILTER|RECIPE|MESH", help="A name or a path.", autocompletion=recipe_names)],
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,

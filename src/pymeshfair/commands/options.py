@@ -48,7 +48,7 @@ def check_report(report: Path | None, *, overwrite: bool, **about: object) -> No
         check_target(report, PAGES, overwrite=overwrite)
 
 
-def _recipes(incomplete: str) -> list[str]:
+def recipe_names(incomplete: str) -> list[str]:
     """The shipped recipes and the scripts whose names begin with the incomplete word in the shell."""
     import glob
     import importlib.resources
@@ -61,7 +61,7 @@ def _recipes(incomplete: str) -> list[str]:
 Recipe = Annotated[
     str,
     Argument(
-        metavar="RECIPE", help="A shipped name, the path of an .mlx file, or - for standard input.", autocompletion=_recipes
+        metavar="RECIPE", help="A shipped name, the path of an .mlx file, or - for standard input.", autocompletion=recipe_names
     ),
 ]
 

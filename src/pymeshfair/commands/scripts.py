@@ -10,12 +10,14 @@ from typer import Argument, Option
 
 from ..places import counted
 from .group import Failure
-from .options import Json, Overwrite, Recipe
+from .options import Json, Overwrite, Recipe, recipe_names
 from .streams import STANDARD, check_text, open_recipe, print_document, print_lines, read_script_bytes, save_text, say
 
 
 def check(
-    recipes: Annotated[list[str], Argument(metavar="RECIPE...", help="Shipped names, .mlx files, or - for standard input.")],
+    recipes: Annotated[
+        list[str], Argument(metavar="RECIPE...", help="Shipped names, .mlx files, or - for stdin.", autocompletion=recipe_names)
+    ],
     mesh: Annotated[Path | None, Option("--mesh", metavar="SCAN", help="Check also whether lengths suit this mesh.")] = None,
     json: Json = False,
 ) -> None:

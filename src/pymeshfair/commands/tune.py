@@ -5,14 +5,14 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from .options import Json
+from .options import Json, recipe_names
 from .streams import show
 
 
 def tune(
     scan: Annotated[Path, Argument(metavar="SCAN", help="The mesh file to tune on; it is not changed.")],
     recipe: Annotated[
-        str, Option(metavar="RECIPE", help="The recipe to start with: a shipped name or an .mlx file.")
+        str, Option(metavar="RECIPE", help="The recipe to start with: a name or an .mlx file.", autocompletion=recipe_names)
     ] = "smooth_implicit",
     port: Annotated[int, Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,

@@ -205,6 +205,8 @@ def _become_worker(pipes: list[int], environment: Mapping[str, str]) -> None:
         for target, descriptor in enumerate(pipes):
             os.dup2(descriptor, target)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+        _parents = sys.stdout, sys.stderr  # perhaps of other descriptors; kept, since their ends would flush and close again
+        sys.stdout, sys.stderr = (os.fdopen(number, "w", 1, "utf-8", "backslashreplace") for number in (1, 2))
         os.environ.update(environment)
         locale.setlocale(locale.LC_ALL, environment["LC_ALL"])
         with suppress(AttributeError, OSError):
@@ -267,7 +269,6 @@ class Pool(AbstractContextManager["Pool"]):
         self._idle += [Process(self._threads, self._modules, forked=is_fork_safe()) for _ in range(self.most)]
 
     def rest(self) -> None:
-        """Ends the idle processes."""
         with self._lock:
             idle, self._idle = self._idle, []
         for process in idle:
