@@ -45,8 +45,9 @@ class System:
         if not self.is_posix:
             process.kill()
             return
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
+        for kill in (os.killpg, os.kill):  # a new fork has not made its group yet
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                kill(process.pid, signal.SIGKILL)
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
         """Whether a child has ended, even if another process has its pipes open; with POSIX the caller must still wait for it."""
