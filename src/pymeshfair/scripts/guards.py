@@ -120,15 +120,15 @@ class Guards:
         return self != NO_GUARDS
 
     @classmethod
-    def parse(cls, texts: Mapping[str, Any]) -> Guards:
-        """Parses limits from texts by field name; raises `ParameterError` for an unknown name or a wrong text."""
+    def parse(cls, texts: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Guards:
+        """Parses limits from texts by field name; raises `ParameterError`, in which `names` replace those of the fields."""
         for name, text in texts.items():
             if name not in ATTRIBUTES:
                 raise ParameterError(f"there is no limit {name!r}; {hint(name, ATTRIBUTES)}")
             if not isinstance(text, str):
                 raise ParameterError(f"{name} is {text!r}: write a text, such as {'watertight' if name == 'require' else '1%'!r}")
         readers: Mapping[str, Callable[[str, str], Any]] = {"max_displacement": _length, "require": _requirements}
-        return cls(**{name: readers.get(name, _percent)(name, text) for name, text in texts.items()})
+        return cls(**{name: readers.get(name, _percent)((names or {}).get(name, name), text) for name, text in texts.items()})
 
     def texts(self) -> dict[str, str]:
         def text(limit: Any) -> str:
@@ -165,7 +165,7 @@ def refuse_unmeasured(guards: Guards) -> None:
 
 
 def _length(name: str, text: str) -> Length:
-    length = Length.parse(text)
+    length = Length.parse(text, name)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")
     return length
@@ -175,7 +175,7 @@ def _percent(name: str, text: str) -> float:
     match = _PERCENT.fullmatch(text.strip())
     if match is None or not math.isfinite(float(match[1])):
         raise ParameterError(f"{name} {text!r} is no percentage: write it as 1% or 0.5%")
-    if name == "keep_sharp" and float(match[1]) > 100.0:
+    if "sharp" in name.casefold() and float(match[1]) > 100.0:
         raise ParameterError(f"{name} {text!r} is above 100 %")
     return float(match[1])
 
