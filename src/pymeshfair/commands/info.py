@@ -96,9 +96,9 @@ def info(
 
     For a mesh: its size, bounding box, holes with their edges, components, noise and attributes, and the recipes that suit it.
     """
-    from ..recipe import load_recipe, shipped_recipes
+    from ..recipe import WITHDRAWN, load_recipe, shipped_recipes
 
-    if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
+    if subject in (*shipped_recipes(), *shipped_recipes(superseded=True), *WITHDRAWN) or subject.casefold().endswith(".mlx"):
         recipe = load_recipe(subject)
         show({"recipe": recipe_document(recipe)}, recipe_page(recipe), json=json)
         return
