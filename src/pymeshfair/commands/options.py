@@ -119,7 +119,6 @@ class RunOptions:
 
         overrides = tuple(self.set or ())
         limits = {name: text for name in ATTRIBUTES if (text := getattr(self, name)) is not None}
-        options = {name: f"--{name.replace('_', '-')}" for name in limits}
         fields |= {
             name: getattr(self, name) for name in ("timeout", "allow_outside", "unchecked", "keep_all", "keep_broken", "unit")
         }
@@ -131,7 +130,7 @@ class RunOptions:
             memory_limit=memory_limit(self.memory),
             overrides=overrides,
             command=tuple(sys.argv),
-            guards=Guards.parse(limits, options),
+            guards=Guards.parse(limits, {name: f"--{name.replace('_', '-')}" for name in limits}),
             measures=not self.no_measures,
             **fields,
         )

@@ -113,7 +113,6 @@ def picture(
 
 
 def _region(text: str, read: ReadMesh, unit: str | None) -> tuple[tuple[float, float, float], float]:
-    """Returns the middle of a close-up, and its size in mesh units."""
     from ..declaration import Length
     from ..errors import ParameterError
 

@@ -88,7 +88,6 @@ def run(
 
 
 def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
-    """The report of a run, which is moved to its place together with the output."""
     from json import loads
 
     from ..files.writing import stage_file
