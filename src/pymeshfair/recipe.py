@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import ParameterError, UnknownNameError, nearest
-from .mlx_scripts import WITHDRAWN
+from .mlx_scripts import WITHDRAWN as WITHDRAWN
 from .scripts.changing import override
 from .scripts.guards import Condition, parse_fits
 from .scripts.read import parse_document, parse_script, read_bytes
