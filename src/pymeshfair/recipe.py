@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import ParameterError, UnknownNameError, nearest
-from .mlx_scripts import WITHDRAWN
+from .mlx_scripts import WITHDRAWN as WITHDRAWN
 from .scripts.changing import override
 from .scripts.guards import Condition, parse_fits
 from .scripts.read import parse_document, parse_script, read_bytes
@@ -129,7 +129,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     shipped = _scripts()
     if isinstance(name_or_path, str) and (file := shipped.get(text) or _scripts("superseded").get(text)):
         return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
-    if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
+    if path.suffix.lower() == ".mlx" or path.name != text or os.path.isfile(text):  # noqa: PTH113 - false if the name is too long
         return parse_recipe(read_bytes(text), text, upgrade=upgrade, path=path)
     if text in WITHDRAWN:
         raise UnknownNameError(f"the recipe {text!r} is no longer shipped: {WITHDRAWN[text]}")

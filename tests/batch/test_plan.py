@@ -53,7 +53,7 @@ def test_lists_name_what_lies_beside_them(folder: Path) -> None:
 
 def test_tables_set_outputs_and_parameters(folder: Path) -> None:
     """Columns set the output and the recipe's values; an empty cell sets nothing, nor does a column with # before its name."""
-    table = "\ufeffinput,output,taubin.lambda,depth,#note\nb.ply,x.ply,0.4,,blue\ndeep/c.ply,,,2,red\n"
+    table = "\ufeffinput,output,taubin.lambda,depth,#note,#note\nb.ply,x.ply,0.4,,blue,\ndeep/c.ply,,,2,red,\n"
     (folder / "t.csv").write_text(table, "utf-8")
     first, second = expand(["t.csv"], ["depth"])
     assert (first.input, first.output, first.overrides) == (folder / "b.ply", "x.ply", ("taubin.lambda=0.4",))
@@ -70,6 +70,7 @@ def test_tables_set_outputs_and_parameters(folder: Path) -> None:
         ("input,output\nb.ply\n", "t.csv:2: it has 1 cells, but the table has 2 columns"),
         ("input,output\n,x.ply\n", "t.csv:2: the cell of the column input is empty"),
         ('input\n"b.ply\n', "t.csv"),
+        ("input\nb\0.ply\n", "t.csv: it is not UTF-8 text"),
     ],
 )
 def test_wrong_tables_are_refused(folder: Path, table: str, message: str) -> None:
@@ -79,7 +80,7 @@ def test_wrong_tables_are_refused(folder: Path, table: str, message: str) -> Non
         expand(["t.csv"])
 
 
-@pytest.mark.parametrize("argument", ["*.obj", "@gone.txt", "empty", "gone.csv"])
+@pytest.mark.parametrize("argument", ["*.obj", "@gone.txt", "empty", "gone.csv", ""])
 def test_what_means_nothing_is_refused(folder: Path, argument: str) -> None:
     """A pattern without files, a list or a table that is not there, a folder without scans."""
     (folder / "empty").mkdir()

@@ -102,6 +102,7 @@ def test_a_dry_run_changes_nothing(tmp_path: Path) -> None:
     assert [Path(s["output"]).name for s in found["scans"]] == ["empty_clean.ply", "scan000_clean.ply", "scan001_clean.ply"]
     assert [s["state"] for s in found["scans"]] == ["cannot be done", "to do", "to do"]
     assert "it is empty" in found["scans"][0]["problem"]
+    assert "error: scan 1: cannot read" in done.stderr
     assert found["steps"] == ["Taubin Smooth"]
     assert not (tmp_path / "out").exists()
     (scans / "empty.ply").unlink()
@@ -227,6 +228,9 @@ def test_textures_of_one_name_do_not_meet(tmp_path: Path) -> None:
         (("smooth_taubin", "x.ply", "y/x.ply", "-o", "out"), 2, "files would be overwritten"),
         (("smooth_taubin", "x.ply", "-o", "out", "--memory", "2"), 2, "less than the 100 MB"),
         (("smooth_taubin", "x.ply", "-o", "out", "--set", "1.nothing=2"), 2, "nothing"),
+        (("smooth_taubin", "", "-o", "out"), 2, "an INPUT is empty"),
+        (("smooth_taubin", "x.ply", "-o", "out", "--timeout", "nan"), 2, "must be above 0 seconds"),
+        (("smooth_taubin", "x.ply", "-o", "out", "--no-measures", "--require", "manifold"), 2, "limits need measures"),
         (("smooth_taubin", "x.ply", "-o", "out", "--jobs", "2", "--scheduler", "tcp://x:1"), 2, "--jobs"),
     ],
 )

@@ -77,6 +77,13 @@ def test_page_of_a_recipe_holds_its_head_comment_and_steps(name: str) -> None:
     assert [list(s["parameters"]) for s in read["steps"]] == [list(s.values) for s in recipe.script.steps]
 
 
+def test_a_superseded_recipe_is_shown_with_a_better_one() -> None:
+    """It still runs, so that it is no unknown name; one that is withdrawn is said to be."""
+    (name, *_) = shipped_recipes(superseded=True)
+    assert "\nSuperseded: take 'denoise'" in invoke("info", name).stdout
+    assert "is no longer shipped: take 'denoise'" in invoke("info", "smooth_keep_features").stderr
+
+
 def test_a_recipe_may_be_a_path(tmp_path: Path) -> None:
     """An .mlx file of the user's is told about like a shipped one."""
     path = tmp_path / "mine.mlx"

@@ -140,6 +140,36 @@ def test_an_empty_limit_is_refused(tmp_path: Path, scan: Path, limit: str) -> No
     assert not (tmp_path / "new.ply").exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("--timeout", "nan", "the time limit must be above 0 seconds, and it is nan"),
+        ("--timeout", "soon", "'soon' is not a number."),
+        ("--memory", "٤GB", "'٤GB' is no amount of memory"),
+        ("--memory", "9" * 400, "is no amount of memory"),
+        ("--max-displacement", "far", "--max-displacement: 'far' is no length"),
+        ("--max-displacement", "1e400", "--max-displacement: '1e400' is no length"),
+        ("--max-volume-change", "much", "--max-volume-change 'much' is no percentage"),
+        ("--keep-sharp", "101%", "--keep-sharp '101%' is above 100 %"),
+        ("--require", "closed", "--require: 'closed' is no requirement"),
+        ("--unit", "inch", "'inch' is no unit of scans; the units are mm"),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_option(option: str, value: str, message: str) -> None:
+    """It is wrong usage, and the message has the name that was typed."""
+    done = invoke("run", "smooth_taubin", "nothing.ply", "-o", "new.ply", option, value)
+    assert done.exit_code == 2
+    assert message in done.stderr
+
+
+def test_a_map_needs_a_name(tmp_path: Path, scan: Path) -> None:
+    """The root of the disk and a name that is too long are refused like other places where no map can be."""
+    for place in ("/", tmp_path / f"{'x' * 300}.ply"):
+        done = invoke("run", "smooth_taubin", scan, "-o", tmp_path / "new.ply", "--map", place)
+        assert done.exit_code == 1
+        assert f"cannot write {place}: " in done.stderr
+
+
 def test_a_file_in_the_way_stays_unless_overwrite_is_given(tmp_path: Path, scan: Path) -> None:
     """An output that some other program wrote is refused with 1, and replaced when asked by name."""
     output = tmp_path / "out.ply"

@@ -141,7 +141,7 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     assert "the file of the scan says cm, and --unit (unit= in Python) says mm: the scan's numbers mean mm" in typed.stderr
     again = invoke("run", path, tmp_path / "sphere_cm.3mf", *options, "in")
     assert (again.exit_code, "was made by another recipe, or with other settings" in again.stderr) == (1, True)
-    with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
+    with pytest.raises(ScriptError, match="'inch' is no unit of scans; the units are mm, cm, m, in, ft, um"):
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
 
 

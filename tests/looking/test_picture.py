@@ -293,6 +293,12 @@ def test_what_cannot_be_shown_is_refused() -> None:
     assert view_angles("30,-20") == (30.0, -20.0)
 
 
+def test_a_title_of_two_lines_is_one_line() -> None:
+    """A file name may have a line break, too."""
+    first, second = (draw_meshes([mesh_of(*cube())], [title], Appearance(width=64, height=64)) for title in ("a\nb", "a b"))
+    assert first.tobytes() == second.tobytes()
+
+
 def test_the_command_needs_no_display(tmp_path: Path) -> None:
     """Without DISPLAY, on one thread, a picture of two meshes is written, with titles and the size that was asked for."""
     bare = dict.fromkeys(("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR"), "") | {"NUMBA_NUM_THREADS": "1"}

@@ -232,6 +232,15 @@ def test_nothing_in_the_working_folder_is_imported(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
+def test_a_fork_is_ended_before_it_has_a_group(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command that refuses its options at once does not wait five seconds for a worker that has only begun."""
+    monkeypatch.setattr(os, "setsid", lambda: time.sleep(20))
+    process = Process(forked=True)
+    process.close()
+    assert process._process.returncode == -signal.SIGKILL
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
 def test_a_process_with_threads_is_not_forked(tmp_path: Path) -> None:
     """Where a library starts a thread as it is loaded every worker is a new interpreter, and the run is none the worse."""
     (tmp_path / "lib").mkdir()

@@ -343,7 +343,7 @@ def test_a_length_with_a_unit_needs_the_unit_of_the_scan(tmp_path: Path) -> None
             ParameterError, match=r"0\.05 on a scan in mm and 5e-05 on a scan in m, .*--unit mm\|cm\|m\|in\|ft\|um \("
         ):
             run_job(limited)
-    with pytest.raises(ParameterError, match="'inch' is no unit of scans: it is one of mm, cm, m, in, ft, um"):
+    with pytest.raises(ParameterError, match="'inch' is no unit of scans; the units are mm, cm, m, in, ft, um"):
         run_job(job(tmp_path, source=missing, unit="inch"))
 
 

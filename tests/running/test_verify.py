@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pymeshlab
@@ -17,7 +18,7 @@ from pymeshfair.commands.run import EXIT_CODES
 from pymeshfair.files.errors import VerifyError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.outputs import Writing
-from pymeshfair.files.provenance import described_file, provenance_path
+from pymeshfair.files.provenance import described_file, provenance_path, read_provenance
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.processes.environment import versions
@@ -334,6 +335,30 @@ def test_an_output_may_be_copied_under_another_name(tmp_path: Path) -> None:
     copied.write_bytes(b"# changed\n" + output.read_bytes())
     found = verify_output(copied, recorded=True)
     assert (found.verdict, found.findings) == ("output changed", (f"{copied} is not what it was (its SHA-256 is different)",))
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"input": []},
+        {"input": {"others": [1]}},
+        {"input": {"others": None}},
+        {"output": {"side_files": True}},
+        {"guards": {"maps": 1}},
+        {"guards": None},
+        {"options": {"unit": []}},
+        {"versions": 1.5},
+        "[" * 100_000,
+    ],
+)
+def test_a_damaged_provenance_is_none(damage: dict[str, Any] | str, tmp_path: Path) -> None:
+    """Whatever its parts are, a file beside an output is a record of a run or it is not."""
+    record = {"schema": "pymeshfair-provenance-1", "input": {}, "output": {}}
+    path = provenance_path(tmp_path / "out.ply")
+    path.write_text(json.dumps(record), "utf-8")
+    assert read_provenance(tmp_path / "out.ply") == record
+    path.write_text(damage if isinstance(damage, str) else json.dumps({**record, **damage}), "utf-8")
+    assert read_provenance(tmp_path / "out.ply") is None
 
 
 def test_an_output_of_unknown_origin(tmp_path: Path) -> None:

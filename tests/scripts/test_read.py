@@ -121,7 +121,11 @@ def only_problem(data: bytes) -> Problem:
         ('type="RichDynamicFloat" name="share" value="1" max="1"', "the attribute min is missing", None),
         ('type="RichDynamicFloat" name="share" value="1" min="0" max="x"', "the attribute max must be a number, got 'x'", None),
         ('type="RichAbsPerc" name="size" value="1" min="0"', "the attribute max is missing", None),
-        ('type="RichAbsPerc" name="size" value="1%" min="0" max="1"', "takes a length .*, got '1%'", None),
+        (
+            'type="RichAbsPerc" name="size" value="1%" min="0" max="1"',
+            r"takes a number as value= \(1% or 0.5edge belongs in relative=\), got '1%'",
+            None,
+        ),
         ('type="RichAbsPerc" name="size" value="-1" min="0" max="1"', "of at least 0.0, got -1.0$", None),
         ('type="RichAbsPerc" name="size" min="0" max="1" relative="1%"', "the attribute value is missing", None),
         ('type="RichAbsPerc" name="size" value="1" min="0" max="1" relative="2"', "a length with a unit, got '2'", "2%"),
@@ -190,6 +194,7 @@ def test_unknown_filters_are_problems_with_the_right_name(name: str, message: st
     [
         (script("<filter/>"), 3, "<filter> has no name", None),
         (script('<Filter name="Taubin Smooth"/>'), 3, "the element <Filter> is unknown here", "filter"),
+        (script("<Setting/>", '<filter name="Taubin Smooth"/>'), 3, "the element <Setting> is unknown here", "setting"),
         (script("<pyfilter/>", '<filter name="Taubin Smooth"/>'), 3, "the element <pyfilter> is unknown here", "filter"),
         (script('<xmlfilter name="Compute Geometric Measures"><xmlparam name="a"/></xmlfilter>'), 3, "of MeshLab 2016", "filter"),
         (

@@ -438,3 +438,9 @@ def test_every_fact_about_a_parameter_leads_to_one_of_today() -> None:
             turned = {name for cases in former.turns.values() for case in cases.values() for name in case}
             assert {*former.renames.values(), *former.sets, *turned} <= today
             assert not {*former.renames, *former.drops, *former.loses, *former.turns} & today
+
+
+def test_a_switch_without_a_value_is_refused_as_in_any_script() -> None:
+    """Nothing can be upgraded there, and the script is refused with the line of the parameter."""
+    with pytest.raises(ScriptError, match=r"old\.mlx:4: .*'Selected': the attribute value is missing"):
+        upgrade_script(one_filter("Taubin Smooth", '<Param type="RichBool" name="Selected"/>'), "old.mlx")

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ..declaration import nearest
 from ..errors import ParameterError, PymeshfairError
+from ..files.errors import reason_of
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.provenance import provenance_path, read_provenance
 from ..recipe import Recipe
@@ -82,12 +83,14 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Re
         yield from _listed(base / argument[1:], settings)
         return
     path = base / argument
-    if path.is_dir():
+    if not argument:
+        raise ParameterError("an INPUT is empty; write . for the working folder")
+    if os.path.isdir(path):  # noqa: PTH112 - false if the name is too long
         root = path.absolute()
         files = sorted(_scans_below(root))
         if not files:
             raise ParameterError(f"there are no mesh files in the folder {path} and its subfolders")
-    elif not path.exists() and glob.has_magic(argument):
+    elif glob.has_magic(argument) and not os.path.exists(path):  # noqa: PTH110 - likewise
         root = Path(base, *takewhile(lambda part: not glob.has_magic(part), Path(argument).parts))
         found = glob.glob(argument, root_dir=base, recursive=True)  # noqa: PTH207 - patterns with folders
         files = sorted(path for path in (base / name for name in found) if path.is_file())
@@ -137,8 +140,8 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[RequestedScan]:
             if not cells["input"]:
                 raise ParameterError(f"{path}:{number}: the cell of the column input is empty")
             overrides = tuple(f"{name}={cell}" for name, cell in cells.items() if name not in _COLUMNS and cell)
-            input, place = path.absolute().parent / cells["input"], f"{path}:{number}"
-            yield RequestedScan(input, None, cells.get("output") or None, overrides, place)
+            input = path.absolute().parent / cells["input"]
+            yield RequestedScan(input, None, cells.get("output") or None, overrides, f"{path}:{number}")
     except csv.Error as error:
         raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
 
@@ -148,9 +151,11 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
         raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
     allowed = (*_COLUMNS, *settings)
     for name in header:
+        if name.startswith("#"):
+            continue
         if header.count(name) > 1:
             raise ParameterError(f"{path}:1: the column {name!r} is there twice")
-        if name not in allowed and "." not in name and not name.startswith("#"):
+        if name not in allowed and "." not in name:
             near = nearest(name, allowed)
             raise ParameterError(
                 f"{path}:1: {name!r} is no known column; {f'did you mean {near!r}? ' if near else ''}"
@@ -160,10 +165,13 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
 
 def _text(path: Path) -> str:
     try:
-        return sys.stdin.read() if path.name == "-" else path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ParameterError(f"cannot read {path}: {(reason or str(error)).lower()}") from None
+        text = sys.stdin.read().removeprefix("\ufeff") if path.name == "-" else path.read_text("utf-8-sig")
+        if "\0" in text:
+            raise ValueError
+    except (OSError, ValueError) as error:
+        reason = reason_of(error) if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ParameterError(f"cannot read {path}: {reason}") from None
+    return text
 
 
 #: placeholders in the names of outputs: parts of the input's path, and the scan's number

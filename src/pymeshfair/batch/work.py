@@ -30,7 +30,6 @@ from ..processes.environment import PACKAGES, packages_here
 from ..processes.process import Items, Pool
 from ..running.job import Job, RunResult
 from ..running.supervise import Interrupted, Interrupts, run_job, workers_of_runs
-from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .outcomes import DOCUMENT, NAME, TABLE, BatchError, Journal, Outcome, Summary, now, read_journal
 from .page import NAME as PAGE
@@ -286,8 +285,6 @@ class Task:
         """Checks all that can be checked without reading a mesh; `done` has the numbers of finished scans."""
         template = self.template
         check_needs(template.recipe.script, layers=1 + len(template.others))
-        if not template.measures:
-            refuse_unmeasured(template.all_guards)
         for path in template.others:
             check_input(path)
         problems, size = {}, 0

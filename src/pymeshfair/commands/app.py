@@ -49,7 +49,8 @@ def pymeshfair(
         import importlib.metadata
 
         typer.echo(f"pymeshfair {importlib.metadata.version('pymeshfair')}")
-    elif context.invoked_subcommand is None:
+        raise typer.Exit
+    if context.invoked_subcommand is None:
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
 

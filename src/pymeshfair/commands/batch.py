@@ -157,8 +157,7 @@ def _line(scan: Scan, outcome: Outcome) -> str:
 def _show_summary(summary: Summary, task: Task, *, json: bool) -> None:
     if json:
         print_document(summary.document())
-        return
-    if verbosity() > Verbosity.QUIET:
+    elif verbosity() > Verbosity.QUIET:
         _show_rows(summary, task)
     for outcome in summary.outcomes:
         if outcome.error is not None:
@@ -212,6 +211,8 @@ def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
 
 
 def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
+    from .display import show_table
+
     recipe, states = task.template.recipe, prospect.states
     steps = [step.filter.name for step in recipe.script.steps]
     if json:
@@ -222,16 +223,14 @@ def _show_prospect(task: Task, prospect: Prospect, *, json: bool) -> None:
         ]
         sizes = {name: getattr(prospect, name) for name in ("bytes_in", "bytes_free", "lacks_room")}
         print_document({"recipe": recipe.name, "steps": steps, "scans": scans, **sizes})
-        return
-    from .display import show_table
-
-    print_lines([f"{recipe.title} ({recipe.name}):", *(f"  {number}  {step}" for number, step in enumerate(steps, 1)), ""])
-    show_table(["input", "output", ""], *([str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans))
-    todo = sum(state == "to do" for state in states.values())
-    free = "" if prospect.bytes_free is None else f", {prospect.bytes_free / 1e9:.3g} GB free in {task.folder}"
-    typer.echo(
-        f"\n{todo:,} of {len(task.scans):,} scans to do, {prospect.bytes_in / 1e9:.3g} GB to read{free}. Nothing was done."
-    )
+    else:
+        print_lines([f"{recipe.title} ({recipe.name}):", *(f"  {number}  {step}" for number, step in enumerate(steps, 1)), ""])
+        show_table(["input", "output", ""], *([str(scan.input), str(scan.output), states[scan.number]] for scan in task.scans))
+        todo = sum(state == "to do" for state in states.values())
+        free = "" if prospect.bytes_free is None else f", {prospect.bytes_free / 1e9:.3g} GB free in {task.folder}"
+        typer.echo(
+            f"\n{todo:,} of {len(task.scans):,} scans to do, {prospect.bytes_in / 1e9:.3g} GB to read{free}. Nothing was done."
+        )
     for number, problem in prospect.problems.items():
         complain(f"scan {number}: {problem}")
     if prospect.lacks_room:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import traceback
 import warnings
@@ -34,7 +35,9 @@ class Failure(NamedTuple):
             details = {name: value for name, value in vars(error).items() if not name.startswith("_")}
             invalid = isinstance(error, UnknownNameError | ParameterError) or "problems" in details
             return cls(kind, message, 2 if invalid else 1, details)
-        if not isinstance(error, OSError):
+        if isinstance(error, OSError) and error.filename is not None:
+            message = f"{os.fsdecode(error.filename)}: {(error.strerror or message).lower()}"
+        elif not isinstance(error, OSError):
             advice = "this is a defect of pymeshfair or of a plugin; --debug shows where it happened"
             message = f"unexpected {kind}: {message}\n{advice}"
         return cls(kind, message, 1)
@@ -90,7 +93,10 @@ class CommandGroup(TyperGroup):
         except UsageError as error:
             context: Any = getattr(error, "ctx", None)
             hint = "" if context is None else f"\n`{context.command_path} --help` shows its arguments and options"
-            failure = Failure("UsageError", f"{cast('Any', error).format_message()}{hint}", 2)
+            sentences = re.split(r"(?<=[.?]) ", cast("Any", error).format_message())
+            message = " ".join(dict.fromkeys(sentences))  # typer and newer versions of click both add a suggestion
+            message = message.replace("a valid float range", "a number").replace("a valid integer range", "a whole number")
+            failure = Failure("UsageError", f"{message}{hint}", 2)
         except Exception as error:
             failure = Failure.of(error)
             if "--debug" in options:

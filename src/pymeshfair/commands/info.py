@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -39,7 +40,10 @@ def filters(
 
     warn(*broken_plugins())
     text = " ".join(words or ())
-    listed = [f for f in all_filters() if _contains(f"{f.python_name} {f.name} {f.origin} {f.summary}", text)]
+    plain = partial(re.sub, r"[\s_-]+", " ")  # spaces, dashes and underscores are alike
+    wanted = plain(text.casefold()).split()
+    texts = ((f, plain(f"{f.python_name} {f.name} {f.origin} {f.summary}".casefold())) for f in all_filters())
+    listed = [f for f, words_of in texts if all(word in words_of for word in wanted)]
     if not listed and not json:
         typer.echo(f"no filter contains {text!r}", err=True)
     names = ("python_name", "name", "origin", "summary")
@@ -49,12 +53,6 @@ def filters(
 
 def _indented(text: str, margin: str = " " * 4, width: int = _NARROW) -> str:
     return textwrap.fill(text, width, initial_indent=margin, subsequent_indent=margin)
-
-
-def _contains(text: str, words: str) -> bool:
-    """Whether the text contains every word; ignores case, and treats spaces, dashes and underscores alike."""
-    plain = re.sub(r"[\s_-]+", " ", text.casefold())
-    return all(word in plain for word in re.sub(r"[\s_-]+", " ", words.casefold()).split())
 
 
 @listing.command(cls=Command)
@@ -96,9 +94,9 @@ def info(
 
     For a mesh: its size, bounding box, holes with their edges, components, noise and attributes, and the recipes that suit it.
     """
-    from ..recipe import load_recipe, shipped_recipes
+    from ..recipe import WITHDRAWN, load_recipe, shipped_recipes
 
-    if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
+    if subject in (*shipped_recipes(), *shipped_recipes(superseded=True), *WITHDRAWN) or subject.casefold().endswith(".mlx"):
         recipe = load_recipe(subject)
         show({"recipe": recipe_document(recipe)}, recipe_page(recipe), json=json)
         return

@@ -115,14 +115,14 @@ class RunOptions:
     def job(self, recipe: str, input: Path, output: Path, **fields: Any) -> Job:
         """The job of a run; `fields` are further fields of `Job`."""
         from ..running.job import Job
-        from ..scripts.guards import ATTRIBUTES, Guards
+        from ..scripts.guards import ATTRIBUTES, Guards, refuse_unmeasured
 
         overrides = tuple(self.set or ())
         limits = {name: text for name in ATTRIBUTES if (text := getattr(self, name)) is not None}
         fields |= {
             name: getattr(self, name) for name in ("timeout", "allow_outside", "unchecked", "keep_all", "keep_broken", "unit")
         }
-        return Job(
+        job = Job(
             open_recipe(recipe, upgrade=self.upgrade).override(overrides),
             input,
             output,
@@ -130,10 +130,13 @@ class RunOptions:
             memory_limit=memory_limit(self.memory),
             overrides=overrides,
             command=tuple(sys.argv),
-            guards=Guards.parse(limits),
+            guards=Guards.parse(limits, {name: f"--{name.replace('_', '-')}" for name in limits}),
             measures=not self.no_measures,
             **fields,
         )
+        if self.no_measures:
+            refuse_unmeasured(job.all_guards)
+        return job
 
     def chosen_scheduler(self) -> Scheduler | None:
         if self.scheduler is not None and self.scheduler_file is not None:
@@ -177,7 +180,7 @@ def memory_limit(text: str | None) -> int | None:
     """The number of bytes in a text for ``--memory``, such as ``4GB`` or ``2GiB``; None without a text."""
     if text is None:
         return None
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
+    match = re.fullmatch(r"([0-9]{1,15}(?:\.[0-9]{1,15})?)\s*([KMGT]?I?)B?", text.strip().upper())
     if match is None or match[2] not in _BYTES:
         raise typer.BadParameter(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB", param_hint="--memory")
     size = int(float(match[1]) * _BYTES[match[2]])
@@ -203,8 +206,8 @@ def lengths_in_mesh_units(
     from ..errors import ParameterError
     from ..filters.inspection import Limits as Ends
 
-    def length(text: str) -> float:
-        given = Length.parse(text).in_mesh_units(unit)
+    def length(option: str, text: str) -> float:
+        given = Length.parse(text, option).in_mesh_units(unit)
         found = given.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
         if given.amount and not found:
             measure = "mean edge" if given.unit == "edge" else "diagonal"
@@ -212,13 +215,13 @@ def lengths_in_mesh_units(
         return found
 
     allowed, ends = None, None
-    if tolerance is not None and not (allowed := length(tolerance)) > 0.0:
+    if tolerance is not None and not (allowed := length("--tolerance", tolerance)) > 0.0:
         raise typer.BadParameter(f"{tolerance} is not above 0", param_hint="--tolerance")
     if limits is not None:
         parts = limits.split(",")
         if len(parts) != 2:
             raise typer.BadParameter(f"{limits} is not two lengths: write it as -0.1,0.1 or -0.1mm,0.1mm", param_hint="--limits")
-        ends = Ends(*(length(part) for part in parts))
+        ends = Ends(*(length("--limits", part) for part in parts))
         if not ends.low < ends.high:
             raise typer.BadParameter(f"{limits}: the first limit must be below the second", param_hint="--limits")
     return allowed, ends

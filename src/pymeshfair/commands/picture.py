@@ -70,7 +70,7 @@ def picture(
         stripes=None if color == "reflection" else stripes,
     )
     parts = limits.split(",") if limits and color not in ("distance", "displacement") else ()
-    if any(Length.parse(part).unit != "absolute" for part in parts):
+    if any(Length.parse(part, "--limits").unit != "absolute" for part in parts):
         raise ParameterError(f"--limits {limits}: --color {color} shows no lengths; write numbers without a unit")
     azimuth, elevation = view_angles(view)
     try:
@@ -113,12 +113,12 @@ def picture(
 
 
 def _region(text: str, read: ReadMesh, unit: str | None) -> tuple[tuple[float, float, float], float]:
-    """Returns the middle of a close-up, and its size in mesh units."""
     from ..declaration import Length
     from ..errors import ParameterError
 
     *place, size = text.split(",")
-    extent = Length.parse(size).in_mesh_units(unit).resolve(diagonal=read.measured.diagonal, mean_edge=read.measured.resolution)
+    wanted, measured = Length.parse(size, f"--zoom {text}").in_mesh_units(unit), read.measured
+    extent = wanted.resolve(diagonal=measured.diagonal, mean_edge=measured.resolution)
     if not extent > 0.0:
         raise ParameterError(f"--zoom {text}: the size of a close-up must be above 0")
     count = len(read.mesh.vertices)

@@ -68,7 +68,7 @@ def run(
             workers.prepare()
         from ..declaration import Length
 
-        tolerance = None if map_tolerance is None else Length.parse(map_tolerance)
+        tolerance = None if map_tolerance is None else Length.parse(map_tolerance, "--map-tolerance")
         if tolerance is not None and (map is None or tolerance.amount < 0.0):
             wrong = "it is about the map: give --map, too" if map is None else f"{map_tolerance} is below 0"
             raise typer.BadParameter(wrong, param_hint="--map-tolerance")
@@ -88,7 +88,6 @@ def run(
 
 
 def _staged_report(job: Job, path: Path, up: str, result: RunResult) -> list[StagedFile]:
-    """The report of a run, which is moved to its place together with the output."""
     from json import loads
 
     from ..files.writing import stage_file
@@ -214,6 +213,7 @@ def verify(
     bytes, and versions of software or the system have changed, too.
     """
     from ..running.verify import verify_output
+    from ..tiles.course import run_by_tiles
     from .display import progress
 
     with progress() as on_event:
@@ -225,14 +225,8 @@ def verify(
             timeout=timeout,
             memory_limit=options.memory_limit(memory),
             on_event=on_event,
-            by_tiles=_by_tiles,
+            by_tiles=run_by_tiles,
         )
     document = {"output": output, "verdict": verified.verdict, "findings": verified.findings, "notes": verified.notes}
     show(document, [f"{output}: {verified.verdict}", *(f"  {t}" for t in (*verified.findings, *verified.notes))], json=json)
     raise typer.Exit(EXIT_CODES[verified.verdict])
-
-
-def _by_tiles(job: Job, on_event: Callable[[Event], None]) -> None:
-    from ..tiles.course import run_by_tiles
-
-    run_by_tiles(job, on_event)

@@ -379,7 +379,6 @@ def _described(owner: Callable[..., Any], helps: Mapping[str, str], *, skipped: 
 
 
 def _words(annotated: Any) -> tuple[str, ...]:
-    """The words of a `Literal`, or of a union of them."""
     if typing.get_origin(annotated) is Literal:
         return typing.get_args(annotated)
     return tuple(word for part in typing.get_args(annotated) for word in _words(part))

@@ -53,13 +53,12 @@ class Length:
         object.__setattr__(self, "amount", amount)  # a float: numpy numbers have another repr
 
     @classmethod
-    def parse(cls, text: str) -> Length:
-        """Parses ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; raises `ParameterError` for other texts."""
+    def parse(cls, text: str, name: str = "") -> Length:
+        """Parses ``"0.3"``, ``"1%"``, ``"0.5edge"`` or ``"0.05mm"``; else raises `ParameterError` that begins with `name`."""
         match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
-        if match is None:
-            raise ParameterError(
-                f"{shortened(repr(text))} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
-            )
+        if match is None or not math.isfinite(float(match[1])):
+            forms = "write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
+            raise ParameterError(f"{name}{name and ': '}{shortened(repr(text))} is no length: {forms}")
         suffix = match[2] or "absolute"
         return cls(float(match[1]), cast("LengthUnit", {"%": "percent", "edges": "edge"}.get(suffix, suffix)))
 
@@ -104,7 +103,7 @@ def doubts_of_typed_unit(typed: str | None, of_file: str | None) -> tuple[str, .
 def check_unit(unit: str) -> str:
     """Returns the unit of a scan; raises `ParameterError` if it is unknown."""
     if unit not in METRES:
-        raise ParameterError(f"{unit!r} is no unit of scans: it is one of {', '.join(METRES)}")
+        raise ParameterError(f"{unit!r} is no unit of scans; the units are {', '.join(METRES)}")
     return unit
 
 

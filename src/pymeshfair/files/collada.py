@@ -170,7 +170,6 @@ class _Reader:
         return self.assembly.tinted(replace(part, edges=np.concatenate(edges)), shades_of_lines)
 
     def _values(self, part: Element, semantic: str) -> Floats:
-        """Returns the (n, w) values that the accessor of an input selects."""
         source = self._target(part, "source", "source")
         key = id(source), semantic
         if key in self._sources:

@@ -189,7 +189,6 @@ class _Reader:
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
-        """Returns the (f, 3) triangles and the (e, 2) edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
@@ -473,7 +472,6 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
-    """Adds a texture; returns its number, or None without an image."""
     from PIL import Image
 
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image

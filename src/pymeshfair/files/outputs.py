@@ -40,8 +40,7 @@ class MadeFrom:
         others = [Path(str(other.get("path"))) for other in record["input"].get("others", ())]
         if len(others) != len(self.others) or not all(map(same_file, others, self.others)):
             return "was made with other layers"
-        recipe = record.get("recipe")
-        if (isinstance(recipe, dict) and recipe.get("sha256"), record.get("options", {}).get("unit")) != (self.recipe, self.unit):
+        if (record.get("recipe", {}).get("sha256"), record.get("options", {}).get("unit")) != (self.recipe, self.unit):
             return "was made by another recipe, or with other settings"
         return None
 
@@ -64,11 +63,12 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_fo
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
     """Refuses maps of a run's changes as `check_output` does; the run's input and output cannot be maps."""
+    existing = []
     for path in maps:
         check_kind(path, ("ply",))
+        existing += [path] if check_place(path) else []
         if path == output or same_file(path, made_from.input):
             raise OutputError(path, "it is the input or the output of the run; name another file for the map")
-    existing = [path for path in maps if check_place(path)]
     if not overwrite:
         _check_former(existing, read_provenance(output), made_from)
 

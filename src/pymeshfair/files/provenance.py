@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +12,21 @@ SCHEMA = "pymeshfair-provenance-1"  # the name of the format; the number grows w
 
 def provenance_path(output: Path) -> Path:
     """Returns the path of the record of `output`: ``scan.ply.provenance.json`` beside ``scan.ply``."""
-    return output.with_name(f"{output.name}.provenance.json")
+    return output.parent / f"{output.name}.provenance.json"
 
 
 def read_provenance(output: Path) -> dict[str, Any] | None:
     """Returns the record beside `output`, or None if there is no valid one."""
     try:
         record = json.loads(provenance_path(output).read_bytes())
-    except (OSError, ValueError):
+        parts = [record["input"], record["output"]]
+        lists = [parts[0].get("others", ()), parts[1].get("side_files", ()), record.get("guards", {}).get("maps", ())]
+        parts += [*(record.get(name, {}) for name in ("recipe", "options", "guards", "versions", "run")), *chain(*lists)]
+        unit = record.get("options", {}).get("unit", "")
+    except (AttributeError, KeyError, OSError, RecursionError, TypeError, ValueError):
         return None
-    known = isinstance(record, dict) and record.get("schema") == SCHEMA
-    parts = [record.get("input"), record.get("output"), record.get("options", {}), record.get("guards", {})] if known else [None]
-    return record if all(isinstance(part, dict) for part in parts) else None
+    known = record.get("schema") == SCHEMA and isinstance(unit, str)
+    return record if known and all(isinstance(part, dict) for part in parts) else None
 
 
 def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:

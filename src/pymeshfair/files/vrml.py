@@ -138,7 +138,6 @@ class _Parser:
         return node
 
     def _field(self, node: _Node, name: str) -> str:
-        """Reads a field of a node; returns the token after it."""
         _check_type(name)
         if not re.match(r"[^\W\d]", name):
             raise ContentsError(f"{quoted(name, 30)} stands in a {quoted(node.type, 30)} where the name of a field is expected")

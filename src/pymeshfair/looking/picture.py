@@ -168,7 +168,7 @@ def view_angles(text: str) -> tuple[float, float]:
         allowed = f"write {', '.join(VIEWS)} or AZIMUTH,ELEVATION in degrees"
         raise ParameterError(f"{text!r} is no view; {hint(text, VIEWS, allowed)}") from None
     if not (math.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
-        raise ParameterError(f"{text!r} is no view: the elevation is from -90 to 90 degrees")
+        raise ParameterError(f"{text!r} is no view: the azimuth is a finite number, the elevation from -90 to 90 degrees")
     return azimuth, elevation
 
 
@@ -239,7 +239,7 @@ def draw_meshes(
     """
     check_coloring(appearance.color)
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
-        raise ParameterError("a panel has from 64 to 8192 pixels each way")
+        raise ParameterError(f"a panel has from 64 to 8192 pixels each way, not {appearance.width} x {appearance.height}")
     cells = [m.faces if len(m.faces) else m.edges for m in meshes]
     drawn = [mask_of(c, len(m.vertices)) if len(c) else ... for m, c in zip(meshes, cells, strict=True)]
     camera = appearance.camera([m.vertices[chosen] for m, chosen in zip(meshes, drawn, strict=True)])
@@ -352,6 +352,7 @@ def number(value: float) -> str:
 
 def _fitting(draw: ImageDraw.ImageDraw, text: str, width: int, size: int = _TITLE_SIZE) -> tuple[Any, str]:
     """Returns a font in which the text is at most `width` wide, and the text, without its middle if no font fits."""
+    text = text.replace("\n", " ")
     for pixels in range(size, _SMALLEST - 1, -1):
         font = ImageFont.load_default(pixels)
         if draw.textlength(text, font) <= width:

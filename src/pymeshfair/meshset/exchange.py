@@ -225,7 +225,6 @@ def arrays_of(mesh: Any) -> Arrays:
 
 
 def _of_scene(scene: Any) -> Arrays:
-    """Returns all parts of a trimesh scene, each at its place, as one mesh."""
     parts = scene.dump()
     if len({type(part) for part in parts}) != 1:
         why = "parts of several kinds: add each of scene.dump() by itself" if parts else "no geometry"

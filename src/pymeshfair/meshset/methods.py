@@ -128,7 +128,10 @@ def length_text(length: Length) -> str:
 
 def method_docstring(declared: Filter) -> str:
     """Returns a docstring in Google style: the description, the parameters with allowed values, and the references."""
-    parts = [_rewrapped(paragraph) for paragraph in (declared.info.strip() or _about_builtin(declared)).split("\n\n")]
+    builtin = (
+        f"MeshLab's filter {declared.name!r}.\n\nMenus: {declared.menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
+    )
+    parts = [_rewrapped(paragraph) for paragraph in (declared.info.strip() or builtin).split("\n\n")]
     if declared.parameters:
         parts.append("Args:\n" + "\n".join(_described(p) for p in declared.parameters))
     parts.append(f"Returns:\n{_indented('What the filter reports, by name; None if it reports nothing.', 4)}")
@@ -137,10 +140,6 @@ def method_docstring(declared: Filter) -> str:
     if not declared.is_builtin:
         parts.append(f"In scripts: {declared.name!r}.")
     return "\n\n".join(parts)
-
-
-def _about_builtin(declared: Filter) -> str:
-    return f"MeshLab's filter {declared.name!r}.\n\nMenus: {declared.menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:

@@ -291,15 +291,12 @@ class Pool(AbstractContextManager["Pool"]):
                     if is_kept := process.is_idle and not self._is_over and not process.has_ended():
                         self._idle.append(process)
                         if self._rest_after is not None:
-                            self._rest_later(self._rest_after)
+                            self._clock.cancel()
+                            self._clock = threading.Timer(self._rest_after, self.rest)
+                            self._clock.daemon = True
+                            self._clock.start()
                 if not is_kept:
                     process.close()
-
-    def _rest_later(self, seconds: float) -> None:
-        self._clock.cancel()
-        self._clock = threading.Timer(seconds, self.rest)
-        self._clock.daemon = True
-        self._clock.start()
 
     def submit(self, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None) -> Future[Answer]:
         """Does a task as soon as a process is free; repeats it if the process is lost.

@@ -86,7 +86,6 @@ def is_lack_of_memory(error: BaseException | None) -> bool:
 
 
 def _sendable(error: Exception) -> Exception:
-    """Returns an equivalent exception that can be pickled."""
     if is_lack_of_memory(error):
         return MemoryError("memory ran out")
     match error:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..declaration import Length
 from ..declaration.parameters import doubts_of_typed_unit, unit_of_scan
+from ..errors import ParameterError
 from ..files.formats import READABLE, WRITABLE, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import SCHEMA, described_file, provenance_path, read_provenance
@@ -53,6 +54,10 @@ class Job:
     #: the unit of the scan, one of `pymeshfair.declaration.parameters.METRES`; None: the unit of the file, or of the recipe
     unit: str | None = None
 
+    def __post_init__(self) -> None:
+        if self.timeout is not None and not self.timeout > 0.0:
+            raise ParameterError(f"the time limit must be above 0 seconds, and it is {self.timeout:g}")
+
     @property
     def made_from(self) -> MadeFrom:
         return MadeFrom(self.input, self.recipe.digest, self.others, self.unit)
@@ -67,7 +72,7 @@ class Job:
     @property
     def map_files(self) -> tuple[Path, ...]:
         """The files of the intervention map, ``map.ply`` and ``map.removed.ply``; none if no map is wanted."""
-        return () if self.map is None else (self.map, self.map.with_name(f"{self.map.stem}.removed{self.map.suffix}"))
+        return () if self.map is None else (self.map, self.map.parent / f"{self.map.stem}.removed{self.map.suffix}")
 
     @property
     def all_guards(self) -> Guards:

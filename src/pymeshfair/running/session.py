@@ -223,7 +223,6 @@ class Session:
         )
 
     def _failed(self, reason: str) -> StepFailedError:
-        """The failure of the current step, or of the last step when all are done."""
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)

@@ -60,7 +60,7 @@ def verify_output(
     record = read_provenance(output)
     if record is None:
         unknown = f"nothing is known of how it was made: no valid {provenance_path(output).name} is beside it"
-        raise VerifyError(output, unknown if output.is_file() else "there is no such file")
+        raise VerifyError(output, unknown if output.exists() else "there is no such file")
     with tempfile.TemporaryDirectory(prefix="pymeshfair-verify-") as folder:
         try:
             planned = _planned(output, record, Path(folder), recorded)

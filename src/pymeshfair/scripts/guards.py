@@ -168,7 +168,7 @@ def refuse_unmeasured(guards: Guards) -> None:
 
 
 def _length(name: str, text: str) -> Length:
-    length = Length.parse(text)
+    length = Length.parse(text, name)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")
     return length

@@ -118,7 +118,9 @@ class _Reader:
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
         self._parser.CommentHandler = self._comment
-        self._parser.ProcessingInstructionHandler = self._instruction
+        self._parser.ProcessingInstructionHandler = lambda target, data: self._problem(
+            f"the instruction <?{shortened(target)}?> means nothing here"
+        )
 
     def read(self, data: bytes) -> Document:
         with contextlib.suppress(_EndedError):
@@ -169,9 +171,6 @@ class _Reader:
         if name != "FilterScript":
             self._problem(f"has the document type {shortened(name)!r}", "FilterScript")
 
-    def _instruction(self, target: str, data: str) -> None:
-        self._problem(f"the instruction <?{shortened(target)}?> means nothing here")
-
     def _comment(self, text: str) -> None:
         if self._filter is None and not self._read.filters:
             self._comments.append(text)
@@ -207,8 +206,8 @@ class _Reader:
         elif depth == 3 and self._filter and tag in ("Param", "xmlparam")[: 1 + (self._open[1] == "xmlfilter")]:
             self._filter.params.append(ParamElement(attributes, line))
         elif self._open[1] != "xmlfilter":  # an xmlfilter is one problem, whatever it contains
-            expected = {("FilterScript",): "filter", ("FilterScript", "filter"): "Param"}.get(tuple(self._open[:-1]))
-            suggestion = expected if expected and nearest(tag, [expected]) else None
+            expected = {("FilterScript",): ("filter", "setting"), ("FilterScript", "filter"): ("Param",)}
+            suggestion = nearest(tag, expected.get(tuple(self._open[:-1]), ()))
             self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion)
 
     def _end(self, tag: str) -> None:

@@ -204,7 +204,7 @@ def _type_changes(
     elif any(type_complaints(parameter, old)):  # today's MeshLab reads a value of a wrong type as 0
         misread = new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
     else:
-        misread = isinstance(parameter, Bool) and old.get("value") != new["value"] and old.get("value", "").lower() != "true"
+        misread = isinstance(parameter, Bool) and old.get("value") != new.get("value") and old.get("value", "").lower() != "true"
     meaning = _MISREAD if runs_today and misread else ""
     for attribute, text in new.items():
         if old.get(attribute) != text:

@@ -161,7 +161,9 @@ def _read(parameter: Parameter, attributes: Attributes) -> Any:
     numbers = spelled(parameter, attributes)
     for number in numbers:
         if isinstance(number, str):
-            raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(number)!r}", None)
+            of_length = "a number as value= (1% or 0.5edge belongs in relative=)"
+            allowed = of_length if isinstance(parameter, Percentage) else parameter.describe_allowed()
+            raise _RefusedError(f"takes {allowed}, got {shortened(number)!r}", None)
     if isinstance(parameter, Percentage):
         return _read_length(float(numbers[0]), attributes.get("relative"))
     return _assembled(parameter, numbers)

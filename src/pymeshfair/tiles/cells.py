@@ -232,7 +232,6 @@ def _pivots(sample: Floats, wanted: int) -> tuple[Ints, Floats, int]:
 
 @compiled
 def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
-    """Writes the leaf of each point to `chosen`."""
     for p in range(places.shape[0]):
         node = 1
         while axes[node] >= 0:

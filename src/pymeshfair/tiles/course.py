@@ -107,8 +107,6 @@ def can_be_cut(job: Job) -> bool:
 
 @dataclass
 class _TiledRun:
-    """One run by tiles, with the reports of its finished steps."""
-
     job: Job
     most: int | None  # the largest number of points or vertices of a tile
     share: Budget
