@@ -90,7 +90,7 @@ def test_what_is_written_comes_back(tmp_path: Path, kind: str, name: str) -> Non
 
 
 def test_seams_of_a_texture_do_not_cut_the_surface(tmp_path: Path) -> None:
-    """A vertex that GLB must split, as its texture coordinates differ, is one vertex again, unless its copies differ in colour."""
+    """A vertex that GLB splits for its texture coordinates is one vertex again, unless its copies differ in colours."""
     path, _ = save(MESHES["texture"], tmp_path, "a.glb")
     assert len(trimesh.load(path, process=False, force="mesh").vertices) == 36
     assert len(read_file(path).mesh.vertices) == 8
