@@ -19,9 +19,11 @@ from ..files.errors import InputError, OutputError, reason_of
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, check_input, read_file, unchanged
 from ..files.outputs import save_mesh
+from ..files.polygons import numbered
 from ..files.provenance import described_file, read_provenance
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
+from ..filters.topology import border_edges
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
@@ -35,6 +37,12 @@ from .shape_change import find_origins, shape_change, stage_map, warnings_of
 from .suitability import instead, traits_asked_for
 from .supervise import mark
 
+#: steps that merge vertices; the step that keeps the texture then, and the attributes before and after it
+_MERGING, _TO_WEDGES = (
+    ("meshing_remove_duplicate_vertices", "meshing_merge_close_vertices"),
+    "compute_texcoord_transfer_vertex_to_wedge",
+)
+_OF_VERTICES, _OF_WEDGES = "vertex texture coordinates", "wedge texture coordinates"
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 #: the measures of a mesh, and the result of `traits_asked_for`
@@ -133,8 +141,7 @@ class Session:
         asked = self._job.recipe.name, self._job.recipe.info, not self._job.overrides
         before, traits, unsuited = earlier.measured(asked, lambda: self._measured(read))
         self._warn(*self._job.doubts_of_recipe(before.diagonal))
-        if unsuited:
-            self._warn(unsuited)
+        self._warn(*filter(None, (unsuited, self._seams(before))))
         steps = self._run_steps(earlier)
         document = self._document
         self._lose(document.losses)
@@ -154,6 +161,22 @@ class Session:
     def _measured(self, read: MeshData) -> _Measured:
         before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
+
+    def _seams(self, before: MeasuredMesh) -> str | None:
+        """The warning if borders coincide, as at seams of a texture, and the steps leave them open or distort the texture."""
+        if before.measures is None or not before.measures.border_edges:
+            return None
+        mesh, names = before.mesh, {step.filter.python_name for step in self._steps}
+        ends = border_edges(mesh.faces)
+        places = np.sort(numbered(mesh.vertices[ends.ravel()])[1].reshape(-1, 2), axis=1)
+        counts = np.unique(places, axis=0, return_counts=True)[1]
+        cut, merges = int(counts[counts > 1].sum()), not names.isdisjoint(_MERGING)
+        distorts = attributes_of(mesh) & {_OF_VERTICES, _OF_WEDGES} == {_OF_VERTICES} and _TO_WEDGES not in names
+        advice = ["'Convert PerVertex UV into PerWedge UV'"] * distorts + ["'Remove Duplicate Vertices'"] * (not merges)
+        if not (cut and advice and names):
+            return None
+        harm = f"the steps {'distort the texture' if merges else 'may open gaps'} there; begin with {' and '.join(advice)}"
+        return f"{cut:,} border edges lie exactly on others, as at seams of a texture: {harm}"
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         unchecked = self._unchecked if self._job.unchecked else None
