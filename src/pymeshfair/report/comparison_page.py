@@ -156,7 +156,9 @@ def _verdict_of_run(record: Mapping[str, Any], of_change: Verdict) -> Verdict:
         text = f"The run went beyond {count}; the output was written all the same."
         return Verdict("bad", text, (*(f"{breach['guard']}: {breach['message']}." for breach in breaches), *lines))
     if limits := guards.get("limits"):
-        kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        unit = record["measures"]["unit"]  # that of a displacement without one
+        suffixes = {"max_displacement": f" {unit}"} if unit and limits.get("max_displacement", "")[-1:].isdigit() else {}
+        kept = ", ".join(f"{name.replace('_', ' ')} {text}{suffixes.get(name, '')}" for name, text in limits.items())
         return Verdict("good", f"Done, and every limit was kept: {kept}.", lines)
     return Verdict(of_change.kind, of_change.text, (*of_change.lines, f"{steps} No limits were set."))
 
@@ -234,11 +236,11 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
-    meshes, distances = compared.meshes, compared.after_distance.at_vertices
+    meshes, distance = compared.meshes, compared.after_distance
     used = {name: referenced_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items() if len(mesh.faces)}
-    distances = distances[used.get("after", ...)]
-    sides = ", outwards above 0" if len(compared.before.mesh.faces) else ""
-    charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances}, *ends)]
+    sides, weights = ", outwards above 0" if "before" in used else "", distance.weights if "after" in used else None
+    distances = np.where(np.abs(distance.distances) > compared.comparison.rounding, distance.distances, 0.0)
+    charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances}, *ends, weights)]
     if len(curvatures) == 2:
         inner = {name: used[name] & ~border_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items()}
         defined = {name: values[inner[name]] for name, values in curvatures.items()}  # a curvature is 0 where it is not defined

@@ -148,15 +148,21 @@ class Chart:
     width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
 
-def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
-    """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`."""
+def histogram(
+    title: str, across: str, samples: Mapping[str, Floats], low: float, high: float, weights: Floats | None = None
+) -> Chart | None:
+    """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`.
+
+    `weights` has the share of the area of each sample, all finite; None for equal shares.
+    """
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
     edges = np.linspace(low, high, _BARS + 1)
-    shares = {name: 100.0 * np.histogram(np.clip(values, low, high), edges)[0] / len(values) for name, values in finite.items()}
+    bars = {name: np.histogram(np.clip(values, low, high), edges, weights=weights)[0] for name, values in finite.items()}
+    shares = {name: 100.0 * bar / bar.sum() for name, bar in bars.items()}
     most = max(float(share.max()) for share in shares.values())
-    medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
+    medians = ", ".join(f"{name} {_median(values, weights):.4g}" for name, values in finite.items())
     return Chart(
         title=title,
         summary=f"Medians: {medians} ({across}).",
@@ -164,12 +170,19 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
         lines={name: _steps(edges, share, most) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
         ticks_upwards=[(_upwards(y, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
-        headers=(across, *(f"{name}, %" for name in shares)),
+        headers=(across, *(f"{name}, %{'' if weights is None else ' of the area'}" for name in shares)),
         rows=tuple(
             (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
             for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
         ),
     )
+
+
+def _median(values: Floats, weights: Floats | None) -> float:
+    if weights is None:
+        return float(np.median(values))
+    order = np.argsort(values)
+    return float(values[order[np.searchsorted(np.cumsum(weights[order]), 0.5)]])
 
 
 def round_numbers(low: float, high: float, count: int) -> list[float]:
