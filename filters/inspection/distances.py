@@ -273,6 +273,7 @@ class Alignment:
     """The rigid motion of a surface onto another one."""
 
     vertices: Floats  # (n, 3) the moved vertices
+    matrix: Floats  # (4, 4) the motion of points as columns (x, y, z, 1)
     degrees: float  # the rotation angle
     shift: float  # the displacement of the centre, in mesh units
     residual: float  # the root mean square distance of the nearest 80 % of the samples, before the last step
@@ -305,8 +306,9 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         turn, shift = rotation @ turn, rotation @ shift + size * motion[3:]
         step = float(np.linalg.norm(motion))
     angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
-    moved = local @ turn.T + shift + middle
-    return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
+    moved, matrix = local @ turn.T + shift + middle, np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, shift + middle - turn @ middle
+    return Alignment(moved, matrix, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
 
 
 class Thickness(NamedTuple):
