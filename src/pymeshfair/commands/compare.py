@@ -149,9 +149,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     if 0.0 < (edge := before.measures["mean_edge"]) < alignment.residual:
         what = f"the nearest 80 % of AFTER stay {alignment.residual / edge:.3g} mean edges from BEFORE (root mean square)"
         warnings = (*warnings, f"{what}: --align may have ended at a wrong place, as it needs 80 % of AFTER to lie on BEFORE")
-    numbers = {name: value for name, value in vars(alignment).items() if name != "vertices"} | {
-        "matrix": alignment.matrix.tolist()
-    }
+    numbers = {name: value for name, value in vars(alignment).items() if name != "vertices"}
     return replace(after, mesh=moved(after.mesh, alignment.vertices), warnings=warnings), numbers
 
 

@@ -477,7 +477,6 @@ def _vertices(mesh: MeshData) -> tuple[Longs, Floats | None, Longs]:
 
 
 def _texture(document: _Document, texture: Texture, notes: list[str]) -> int | None:
-    """Adds a texture; returns its number, or None without an image."""
     from PIL import Image
 
     data = texture.image.read_bytes() if isinstance(texture.image, Path) else texture.image

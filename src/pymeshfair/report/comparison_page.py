@@ -205,7 +205,6 @@ def _decimation(mesh: Shown) -> str:
 
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
-    """Draws both meshes from the front, and the distances from six sides, with a colour bar."""
     unit_name, tolerance, has_sides = unit or "mesh units", compared.tolerance, len(compared.before.mesh.faces) > 0
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)

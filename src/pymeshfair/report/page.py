@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -93,7 +93,6 @@ class Plane:
 
     @classmethod
     def parse(cls, text: str) -> Plane:
-        """Read ``"z=12.5"``."""
         name, _, number = text.partition("=")
         with contextlib.suppress(ValueError):
             if math.isfinite(value := float(number)):
@@ -151,10 +150,7 @@ class Chart:
 def histogram(
     title: str, across: str, samples: Mapping[str, Floats], low: float, high: float, weights: Floats | None = None
 ) -> Chart | None:
-    """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`.
-
-    `weights` has the share of the area of each sample, all finite; None for equal shares.
-    """
+    """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`."""
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
@@ -162,7 +158,8 @@ def histogram(
     bars = {name: np.histogram(np.clip(values, low, high), edges, weights=weights)[0] for name, values in finite.items()}
     shares = {name: 100.0 * bar / bar.sum() for name, bar in bars.items()}
     most = max(float(share.max()) for share in shares.values())
-    medians = ", ".join(f"{name} {_median(values, weights):.4g}" for name, values in finite.items())
+    median = np.median if weights is None else partial(np.quantile, q=0.5, weights=weights, method="inverted_cdf")
+    medians = ", ".join(f"{name} {median(values):.4g}" for name, values in finite.items())
     return Chart(
         title=title,
         summary=f"Medians: {medians} ({across}).",
@@ -176,13 +173,6 @@ def histogram(
             for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
         ),
     )
-
-
-def _median(values: Floats, weights: Floats | None) -> float:
-    if weights is None:
-        return float(np.median(values))
-    order = np.argsort(values)
-    return float(values[order[np.searchsorted(np.cumsum(weights[order]), 0.5)]])
 
 
 def round_numbers(low: float, high: float, count: int) -> list[float]:

@@ -37,12 +37,7 @@ from .shape_change import find_origins, shape_change, stage_map, warnings_of
 from .suitability import instead, traits_asked_for
 from .supervise import mark
 
-#: steps that merge vertices; the step that keeps the texture then, and the attributes before and after it
-_MERGING, _TO_WEDGES = (
-    ("meshing_remove_duplicate_vertices", "meshing_merge_close_vertices"),
-    "compute_texcoord_transfer_vertex_to_wedge",
-)
-_OF_VERTICES, _OF_WEDGES = "vertex texture coordinates", "wedge texture coordinates"
+_MERGING = ("meshing_remove_duplicate_vertices", "meshing_merge_close_vertices")  # steps that merge vertices
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 #: the measures of a mesh, and the result of `traits_asked_for`
@@ -141,7 +136,7 @@ class Session:
         asked = self._job.recipe.name, self._job.recipe.info, not self._job.overrides
         before, traits, unsuited = earlier.measured(asked, lambda: self._measured(read))
         self._warn(*self._job.doubts_of_recipe(before.diagonal))
-        self._warn(*filter(None, (unsuited, self._seams(before))))
+        self._warn(*filter(None, [unsuited]), *self._seams(before))
         steps = self._run_steps(earlier)
         document = self._document
         self._lose(document.losses)
@@ -162,21 +157,19 @@ class Session:
         before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
-    def _seams(self, before: MeasuredMesh) -> str | None:
-        """The warning if borders coincide, as at seams of a texture, and the steps leave them open or distort the texture."""
-        if before.measures is None or not before.measures.border_edges:
-            return None
-        mesh, names = before.mesh, {step.filter.python_name for step in self._steps}
-        ends = border_edges(mesh.faces)
-        places = np.sort(numbered(mesh.vertices[ends.ravel()])[1].reshape(-1, 2), axis=1)
-        counts = np.unique(places, axis=0, return_counts=True)[1]
-        cut, merges = int(counts[counts > 1].sum()), not names.isdisjoint(_MERGING)
-        distorts = attributes_of(mesh) & {_OF_VERTICES, _OF_WEDGES} == {_OF_VERTICES} and _TO_WEDGES not in names
+    def _seams(self, before: MeasuredMesh) -> Iterator[str]:
+        """Warns of borders that coincide, as at seams of a texture, if the steps may open them or distort the texture."""
+        names, attributes = {step.filter.python_name for step in self._steps}, attributes_of(before.mesh)
+        merges, keeps = not names.isdisjoint(_MERGING), "compute_texcoord_transfer_vertex_to_wedge" in names
+        distorts = "vertex texture coordinates" in attributes and "wedge texture coordinates" not in attributes and not keeps
         advice = ["'Convert PerVertex UV into PerWedge UV'"] * distorts + ["'Remove Duplicate Vertices'"] * (not merges)
-        if not (cut and advice and names):
-            return None
-        harm = f"the steps {'distort the texture' if merges else 'may open gaps'} there; begin with {' and '.join(advice)}"
-        return f"{cut:,} border edges lie exactly on others, as at seams of a texture: {harm}"
+        if names and advice and before.measures is not None and before.measures.border_edges:
+            ends = border_edges(before.mesh.faces)
+            places = np.sort(numbered(before.mesh.vertices[ends.ravel()])[1].reshape(-1, 2), axis=1)
+            counts = np.unique(places, axis=0, return_counts=True)[1]
+            harm = f"the steps {'distort the texture' if merges else 'may open gaps'} there; begin with {' and '.join(advice)}"
+            if (cut := counts[counts > 1].sum()) > 0:
+                yield f"{cut:,} border edges lie exactly on others, as at seams of a texture: {harm}"
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         unchecked = self._unchecked if self._job.unchecked else None
@@ -246,7 +239,6 @@ class Session:
         )
 
     def _failed(self, reason: str) -> StepFailedError:
-        """The failure of the current step, or of the last step when all are done."""
         number, count = self._number or len(self._steps), len(self._steps)
         name, line = (self._steps[number - 1].filter.name, self._steps[number - 1].line) if count else ("", None)
         place = Place.of_step(number, count, name, file=self._job.recipe.script.path, line=line)
