@@ -8,6 +8,7 @@ import io
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
@@ -61,7 +62,6 @@ def read_gltf(path: Path, references: References) -> Reading:
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
-    """Returns the document, and the embedded buffer of a binary file."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
@@ -193,7 +193,6 @@ class _Reader:
         return values.astype(np.float64)
 
     def _corners(self, k: int, p: _Part, count: int) -> tuple[Longs, Longs]:
-        """Returns the (f, 3) triangles and the (e, 2) edges of a primitive."""
         mode, corners = p.get("mode", 4), np.arange(count)
         if "indices" in p:
             accessor = self._at("accessors", p["indices"])
@@ -220,7 +219,6 @@ class _Reader:
         raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
 
     def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
-        """Returns texture number (-1 for none), texture coordinates of the vertices, and colour of a primitive."""
         surface = self._at("materials", p["material"]).get("pbrMetallicRoughness", {}) if "material" in p else {}
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
         if (texture_use := surface.get("baseColorTexture")) is None:
@@ -350,7 +348,6 @@ def _losses(document: _Part) -> Iterator[str]:
 
 
 def _upright(uv: Floats) -> Floats:
-    """Converts texture coordinates between origins at the top and at the bottom of the image."""
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
 
 
@@ -370,11 +367,9 @@ def _numbers(values: Any, length: int, what: str) -> list[float]:
 
 def _decoded(uri: str) -> bytes:
     head, comma, data = uri.partition(",")
-    try:
+    with suppress(ValueError):
         if comma and head.endswith(";base64"):
             return base64.b64decode(data, validate=True)
-    except ValueError:
-        pass
     raise ContentsError("data within it is not written in base64")
 
 

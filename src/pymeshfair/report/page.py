@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,6 @@ from ..mesh_data import MeshData
 from ..places import point_text
 
 VIEWER = ("viewer.js", "page.js")  # the scripts of a page with the viewer
-_SHORT = 120
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def _environment() -> Environment:
 def short(value: Any) -> str:
     """The value of a parameter as text, cut to 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
+    return text if len(text) <= 120 else f"{text[:120]} ..."
 
 
 @dataclass(frozen=True)
@@ -147,19 +146,15 @@ class Chart:
     width, height, left, right, top, bottom = _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM
 
 
-def histogram(
-    title: str, across: str, samples: Mapping[str, Floats], low: float, high: float, weights: Floats | None = None
-) -> Chart | None:
+def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
     """A histogram in percent; end bars include values beyond the limits. None without finite values or finite `low` < `high`."""
     finite = {name: numbers for name, values in samples.items() if len(numbers := values[np.isfinite(values)])}
     if not (finite and math.isfinite(high - low) and high > low):
         return None
     edges = np.linspace(low, high, _BARS + 1)
-    bars = {name: np.histogram(np.clip(values, low, high), edges, weights=weights)[0] for name, values in finite.items()}
-    shares = {name: 100.0 * bar / bar.sum() for name, bar in bars.items()}
+    shares = {name: 100.0 * np.histogram(np.clip(values, low, high), edges)[0] / len(values) for name, values in finite.items()}
     most = max(float(share.max()) for share in shares.values())
-    median = np.median if weights is None else partial(np.quantile, q=0.5, weights=weights, method="inverted_cdf")
-    medians = ", ".join(f"{name} {median(values):.4g}" for name, values in finite.items())
+    medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
     return Chart(
         title=title,
         summary=f"Medians: {medians} ({across}).",
@@ -167,7 +162,7 @@ def histogram(
         lines={name: _steps(edges, share, most) for name, share in shares.items()},
         ticks_across=[(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)],
         ticks_upwards=[(_upwards(y, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)],
-        headers=(across, *(f"{name}, %{'' if weights is None else ' of the area'}" for name in shares)),
+        headers=(across, *(f"{name}, %" for name in shares)),
         rows=tuple(
             (f"{a:.4g} to {b:.4g}", *(f"{share:.2f}" for share in bar))
             for a, b, *bar in zip(edges[:-1], edges[1:], *shares.values(), strict=True)
@@ -193,7 +188,6 @@ def _upwards(y: float, most: float) -> float:
 
 
 def _steps(edges: Floats, values: Floats, most: float) -> str:
-    """The path along the tops of the bars; it begins and ends at the bottom of the chart."""
     low, *_, high = bounds = edges.tolist()
     places = [_across(x, low, high) for x in bounds]
     tops = zip(places[:-1], places[1:], values.tolist(), strict=True)

@@ -4,7 +4,7 @@ import errno
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -66,13 +66,11 @@ class RunCache:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
     def measured(self, asked: object, measure: Callable[[], _Measured]) -> _Measured:
-        """Calls `measure`, or returns its cached result if `asked`, on which it depends, is that of the last call."""
         if self._measured is None or self._measured[0] != asked:
             self._measured = asked, measure()
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...], str]:
-        """The state, reports and words that `keep` stored for the longest prefix of `steps`; None, () and "" if there is none."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, (), ""
@@ -82,7 +80,6 @@ class RunCache:
         return entry[1:]
 
     def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...], emptied: str) -> None:
-        """Keep the layers after `steps`, the reports of these steps, and the words of `Session._emptied`."""
         self._kept.append((steps, state, reports, emptied))
         del self._kept[: -self._states or None]
 
@@ -105,11 +102,9 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        forget = on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
-        try:
+        with ExitStack() as stack:
+            stack.callback(on_compilation(lambda so_far: self._event(Compiling(**vars(so_far)))))
             return self._run()
-        finally:
-            forget()
 
     def _run(self) -> Report:
         self._event(PhaseStarted("reading"))
@@ -187,7 +182,6 @@ class Session:
         return load_unchecked(path, self._stage / "meshlab")
 
     def _run_steps(self, earlier: RunCache) -> tuple[StepReport, ...]:
-        """Run the steps after those whose result is in the cache; return the reports of all steps."""
         state, reports, self._emptied = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
@@ -254,7 +248,6 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files; if a limit is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
@@ -306,7 +299,6 @@ class Session:
         )
 
     def _print_notes(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """Sentences on a printable mesh: its wall thickness, and the share of the scanned area inside a wrap."""
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
@@ -325,7 +317,6 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Stage the output's files; return the output's entry in the provenance document, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
@@ -352,7 +343,6 @@ class Session:
 
 
 def _without_values(mesh: MeshData) -> Iterator[str]:
-    """Sentences on the custom attributes that new elements lack."""
     if mesh.source is None:
         return
     of_file: Callable[[str], Mapping[str, Any]] = getattr(mesh.source.document, "custom", lambda element: {})
