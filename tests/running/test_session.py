@@ -158,7 +158,8 @@ def test_surfaces_that_are_cut_at_seams_of_a_texture_are_named(tmp_path: Path) -
     path, plain = tmp_path / "uv.ply", tmp_path / "plain.ply"
     path.write_bytes(ply_bytes([*xyz(square), *of_vertices], [[0, 1, 2], [3, 4, 5]]))
     plain.write_bytes(ply_bytes(xyz(square), [[0, 1, 2], [3, 4, 5]]))
-    merge, convert = ("meshing_remove_duplicate_vertices", {}), ("compute_texcoord_transfer_vertex_to_wedge", {})
+    merge: Given = ("meshing_remove_duplicate_vertices", {})
+    convert: Given = ("compute_texcoord_transfer_vertex_to_wedge", {})
     names = ["'Convert PerVertex UV into PerWedge UV'", "'Remove Duplicate Vertices'"]
     cut = "2 border edges lie exactly on others, as at seams of a texture: the steps"
     for source, steps, warnings in (
