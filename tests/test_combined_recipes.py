@@ -49,6 +49,17 @@ def test_a_ball_with_faults_comes_out_watertight_with_its_volume(name: str) -> N
     assert found.volume == pytest.approx(4.0 / 3.0 * np.pi, rel=0.01)
 
 
+@pytest.mark.parametrize("name", ["prepare_for_print", "prepare_for_simulation"])
+def test_faces_that_are_turned_over_do_not_keep_a_hole_from_being_closed_smoothly(name: str) -> None:
+    """A ball with a hole, and every tenth face turned over, gets its cap back; a flat lid would cost 2.8 % of the volume."""
+    vertices, faces = icosphere(4)
+    faces = faces[vertices[faces].mean(axis=1)[:, 2] < 0.8].copy()
+    faces[::10] = faces[::10, ::-1]
+    _, found = after(name, vertices, faces)
+    assert (found.closed, found.oriented) == (True, True)
+    assert found.volume == pytest.approx(4.0 / 3.0 * np.pi, rel=0.01)
+
+
 def test_an_object_inside_out_is_turned_and_an_open_one_closed_for_printing() -> None:
     """Half a ball whose faces look inwards gets a base and a positive volume of 2 pi / 3."""
     vertices, faces = icosphere(4)

@@ -144,7 +144,6 @@ class SurfaceDistance:
     at_furthest: float  # the signed distance at `furthest`
 
     def statistics(self, tolerance: float | None = None) -> DistanceStatistics:
-        """Returns statistics of the distances of the samples; `tolerance` is for `DistanceStatistics.within`."""
         d, weights = self.distances, self.weights
         sizes = np.abs(d)
         independent = 2.0 * math.sqrt(float((weights**2).sum()))
@@ -245,7 +244,6 @@ def _largest(
 
 
 def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
-    """Returns (3 t, 3) midpoints of the sides of t parts, (3 t,) their distances from the other surface, and the 4 t quarters."""
     corners, d, _, faces = parts
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
     cells, at_middles = to.search(middles.reshape(-1, 3))
@@ -257,7 +255,6 @@ def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
 
 
 def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
-    """Returns the parts with a bound above `bound`, and the largest bound of the other parts."""
     high = parts.bounds > bound
     return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
@@ -273,6 +270,7 @@ class Alignment:
     """The rigid motion of a surface onto another one."""
 
     vertices: Floats  # (n, 3) the moved vertices
+    matrix: Floats  # (4, 4) the motion of points as columns (x, y, z, 1)
     degrees: float  # the rotation angle
     shift: float  # the displacement of the centre, in mesh units
     residual: float  # the root mean square distance of the nearest 80 % of the samples, before the last step
@@ -305,8 +303,9 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         turn, shift = rotation @ turn, rotation @ shift + size * motion[3:]
         step = float(np.linalg.norm(motion))
     angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
-    moved = local @ turn.T + shift + middle
-    return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
+    moved, matrix = local @ turn.T + shift + middle, np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, shift + middle - turn @ middle
+    return Alignment(moved, matrix, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
 
 
 class Thickness(NamedTuple):
@@ -317,7 +316,6 @@ class Thickness(NamedTuple):
     areas: Floats  # (k,) the area that each place represents
 
     def below(self, share: float) -> float:
-        """Returns the quantile `share` of the finite values, weighted by area; infinite if no value is finite."""
         finite = np.isfinite(self.values)
         return _quantiles(self.values[finite], self.areas[finite], np.array([share]))[0] if finite.any() else math.inf
 

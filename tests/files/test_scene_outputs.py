@@ -89,6 +89,18 @@ def test_what_is_written_comes_back(tmp_path: Path, kind: str, name: str) -> Non
     assert [t.image for t in back.textures] == [t.image for t in mesh.textures]
 
 
+def test_seams_of_a_texture_do_not_cut_the_surface(tmp_path: Path) -> None:
+    """A vertex that GLB splits for its texture coordinates is one vertex again, unless its copies differ in colours."""
+    path, _ = save(MESHES["texture"], tmp_path, "a.glb")
+    assert len(trimesh.load_mesh(path, process=False).vertices) == 36
+    assert len(read_file(path).mesh.vertices) == 8
+    colors = np.full((36, 4), 255, np.uint8)
+    colors[0, 0] = 8
+    soup = replace(MESHES["texture"], vertices=POINTS[TRIANGLES.ravel()], faces=np.arange(36, dtype=np.int32).reshape(-1, 3))
+    path, _ = save(replace(soup, vertex_attributes={"colors": colors}), tmp_path, "b.glb")
+    assert len(read_file(path).mesh.vertices) == 9
+
+
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in HOLDS.items() for name in sorted(names)])
 def test_meshlab_reads_it_alike(tmp_path: Path, kind: str, name: str) -> None:
     """MeshLab finds the same surface, colours, normals and texture coordinates in it, all that its reader of the format knows."""

@@ -395,6 +395,25 @@ def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     assert "do not overlap" in refused.stderr
 
 
+def test_the_matrix_of_an_alignment_repeats_it_elsewhere(tmp_path: Path) -> None:
+    """The matrix in the document moves the points of the file to those of the table of deviations."""
+    vertices, faces = icosphere(2)
+    egg = vertices * [1.0, 1.5, 2.0] + [5e3, 0.0, 0.0]
+    a = math.radians(3.0)
+    turned = (egg - [5e3, 0, 0]) @ np.array([[math.cos(a), math.sin(a), 0], [-math.sin(a), math.cos(a), 0], [0, 0, 1]]) + [
+        5e3,
+        0.1,
+        0,
+    ]
+    for name, shape in (("a.ply", egg), ("b.ply", turned)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), faces.tolist()))
+    options = ("--align", "--no-self-intersections", "--json", "--deviations", tmp_path / "d.csv")
+    done = document(invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", *options).stdout)
+    matrix = np.array(done["alignment"]["matrix"])
+    places = np.loadtxt(tmp_path / "d.csv", delimiter=",", skiprows=1)[:, 1:4]
+    np.testing.assert_allclose(turned @ matrix[:3, :3].T + matrix[:3, 3], places, atol=1e-11)
+
+
 def test_a_vertex_without_a_face_is_no_part_of_an_alignment(tmp_path: Path) -> None:
     """Far from the origin, where such a vertex lies, an egg turned by 4 degrees comes back onto itself."""
     vertices, faces = icosphere(3)

@@ -44,6 +44,18 @@ def cut_ball() -> Mesh:
     return vertices, faces[(height.max(axis=1) < 0.92) & (height.min(axis=1) > -0.98)]
 
 
+def test_holes_that_are_not_named_are_counted() -> None:
+    """Of twelve closed holes the ten largest are named, and a note counts the others."""
+    vertices, faces = icosphere(4)
+    away = np.zeros(len(faces), bool)
+    for corner in range(12):  # the first vertices, far from each other
+        away |= (faces == corner).any(axis=1)
+    meshes, notes = mesh_set((vertices, faces[~away]))
+    meshes.meshing_close_holes_by_fairing(refine=False)
+    assert len(notes) == 11
+    assert notes[-1] == "further holes, of at most 5 edges, that were closed: 2"
+
+
 def rims_of(mesh: Any) -> int:
     """How many border edges the mesh has."""
     return surface_measures(mesh.vertex_matrix(), mesh.face_matrix()).border_edges

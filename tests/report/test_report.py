@@ -23,7 +23,7 @@ from pymeshfair.filters.inspection import Limits, mean_curvature
 from pymeshfair.looking.comparison import compare, state_of
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.recipe import load_recipe
-from pymeshfair.report.comparison_page import _charts, _title, run_page
+from pymeshfair.report.comparison_page import Verdict, _charts, _title, _verdict_of_run, run_page
 from pymeshfair.report.page import histogram, round_numbers
 from pymeshfair.report.scene import Marker, Scene, pack_scene, shown_mesh
 from pymeshfair.running.guarding import _faults
@@ -179,6 +179,23 @@ def test_charts_count_vertices_that_have_a_value(tmp_path: Path) -> None:
     assert curvature.rows[-1][1:] == ("100.00", "100.00")
 
 
+def test_distances_are_charted_by_area(tmp_path: Path) -> None:
+    """A plate of a thousand small faces and two large ones, moved by 1 under the large ones, has two thirds of its area at 1."""
+    steps = np.linspace(0.0, 1.0, 23)
+    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
+    i = np.arange(22 * 22) + np.arange(22 * 22) // 22
+    small = np.concatenate([np.stack([i, i + 1, i + 24], 1), np.stack([i, i + 24, i + 23], 1)])
+    large = np.array([[5.0, 0, 0], [7, 0, 0], [7, 1, 0], [5, 1, 0]])
+    points = np.vstack([np.stack([x, y, 0.0 * x], 1), large])
+    faces = np.vstack([small, len(x) + np.array([[0, 1, 2], [0, 2, 3]])]).astype(np.int32)
+    moved = points + np.where(points[:, :1] > 4.0, [0.0, 0.0, 1.0], 0.0)
+    meshes = [MeshData(vertices=each, faces=faces) for each in (points, moved)]
+    compared = compare(*(state_of(ReadMesh(tmp_path, mesh, measure(mesh), ())) for mesh in meshes))
+    distance, *_ = _charts(compared, Limits(-1.5, 1.5), {}, "mm")
+    assert max(float(share) for _, share in distance.rows) == pytest.approx(66.67, abs=0.2)
+    assert distance.summary == "Medians: after 1 (mm, outwards above 0)."
+
+
 def test_marks_at_axes_are_round() -> None:
     """Multiples of 1, 2 or 5 times a power of ten, all within the axis."""
     assert round_numbers(-0.11, 0.12, 5) == pytest.approx([-0.1, -0.05, 0.0, 0.05, 0.1])
@@ -240,6 +257,15 @@ def test_a_report_names_no_folder_of_the_machine(tmp_path: Path) -> None:
     assert str(tmp_path) not in text
     for shown in ("<li>scan.ply is old, 3 of 1/mm</li>", "&#34;pymeshfair&#34;,", "/&gt;"):
         assert shown in text
+
+
+@pytest.mark.parametrize(("unit", "text"), [("mm", "2.0 mm"), (None, "2.0")])
+def test_a_limit_that_was_kept_is_named_with_its_unit(unit: str | None, text: str) -> None:
+    """A limit in mesh units has the unit of the scan in the verdict, and a number of handles has none."""
+    record = {"steps": [], "run": {"seconds": 1.0}, "measures": {"unit": unit}}
+    record["guards"] = {"limits": {"max_displacement": "2.0", "require": "genus=0"}}
+    verdict = _verdict_of_run(record, Verdict("good", "", ()))
+    assert verdict.text == f"Done, and every limit was kept: max displacement {text}, require genus=0."
 
 
 @pytest.mark.slow

@@ -151,6 +151,29 @@ def test_custom_attributes_that_new_elements_lack_are_named(tmp_path: Path) -> N
     assert closed["warnings"] == ["1 of 80 faces are new, and have 0 as label"]
 
 
+def test_surfaces_that_are_cut_at_seams_of_a_texture_are_named(tmp_path: Path) -> None:
+    """A cut would open, and merged vertices have one texture coordinate each: a warning names the steps that avoid both."""
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]])
+    of_vertices = [("float", name, [0.1, 0.2, 0.3, 0.6, 0.7, 0.8]) for name in "st"]
+    path, plain = tmp_path / "uv.ply", tmp_path / "plain.ply"
+    path.write_bytes(ply_bytes([*xyz(square), *of_vertices], [[0, 1, 2], [3, 4, 5]]))
+    plain.write_bytes(ply_bytes(xyz(square), [[0, 1, 2], [3, 4, 5]]))
+    merge: Given = ("meshing_remove_duplicate_vertices", {})
+    convert: Given = ("compute_texcoord_transfer_vertex_to_wedge", {})
+    names = ["'Convert PerVertex UV into PerWedge UV'", "'Remove Duplicate Vertices'"]
+    cut = "2 border edges lie exactly on others, as at seams of a texture: the steps"
+    for source, steps, warnings in (
+        (path, [SMOOTH], [f"{cut} may open gaps there; begin with {names[0]} and {names[1]}"]),
+        (plain, [SMOOTH], [f"{cut} may open gaps there; begin with {names[1]}"]),
+        (path, [merge, SMOOTH], [f"{cut} distort the texture there; begin with {names[0]}"]),
+        (path, [convert, merge, SMOOTH], []),
+        (plain, [merge, SMOOTH], []),
+        (path, [], []),
+    ):
+        output = tmp_path / f"{source.stem}{len(list(tmp_path.iterdir()))}.ply"
+        assert session_report(source, output, *steps)["warnings"] == warnings
+
+
 def test_normals_that_no_step_changes_keep_their_length(tmp_path: Path) -> None:
     """Normals of length 2 pass MeshLab to the bit where a filter only takes away a vertex that is there twice."""
     normals = 2.0 * np.array([[0.6, 0.0, 0.8], [0, 1, 0], [1, 0, 0], [0, 0, -1], [0, 0, -1]])

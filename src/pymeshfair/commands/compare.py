@@ -122,7 +122,6 @@ def compare(
 
 
 def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any]]:
-    """The second mesh, turned and moved onto the first, and the numbers of this alignment."""
     from dataclasses import replace
 
     from ..errors import MeshError

@@ -8,6 +8,7 @@ import io
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
@@ -61,7 +62,6 @@ def read_gltf(path: Path, references: References) -> Reading:
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
-    """Returns the document, and the embedded buffer of a binary file."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
@@ -156,9 +156,13 @@ class _Reader:
             self.assembly.lost[NO_TEXTURE] = None
         wedges = [np.full((f.size, 2), np.nan) if uv is None else uv[f.ravel()] for f, uv in zip(faces, uvs, strict=True)]
         shades = np.repeat(colours, counts, axis=0)
+        read = {name: self._attribute(k, attributes, name) for name in ("NORMAL", "COLOR_0") if name in attributes}
+        firsts = numbers = np.arange(len(points))
+        if len(corners) and any(name.startswith("TEXCOORD") for name in attributes):  # vertices are split at seams of the texture
+            firsts, numbers = numbered(np.column_stack([points, *read.values()]))
         part = self.assembly.polygons(
-            points,
-            corners.ravel(),
+            points[firsts],
+            numbers[corners.ravel()],
             np.full(len(corners), 3),
             f"the corners of its mesh {k}",
             {"wedge_texture_coordinates": np.concatenate(wedges)},
@@ -167,9 +171,9 @@ class _Reader:
                 "colors": levels(shades) if (shades != 1.0).any() else None,
             },
         )
-        normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
-        colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
-        part = replace(part, edges=np.concatenate(edges)).with_attributes({"normals": normals, "colors": colors})
+        normals = read["NORMAL"][firsts] if "NORMAL" in read else None
+        colors = levels(read["COLOR_0"][firsts]) if "COLOR_0" in read else None
+        part = replace(part, edges=numbers[np.concatenate(edges)]).with_attributes({"normals": normals, "colors": colors})
         bare = [number for number, count in enumerate(counts) if not count]  # points and lines
         if any(textures[number] >= 0 for number in bare):
             self.assembly.lost["textures of points and lines"] = None
@@ -215,7 +219,6 @@ class _Reader:
         raise ContentsError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
 
     def _material(self, k: int, p: _Part, attributes: _Part) -> tuple[int, Floats | None, list[float]]:
-        """Returns texture number (-1 for none), texture coordinates of the vertices, and colour of a primitive."""
         surface = self._at("materials", p["material"]).get("pbrMetallicRoughness", {}) if "material" in p else {}
         colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
         if (texture_use := surface.get("baseColorTexture")) is None:
@@ -345,7 +348,6 @@ def _losses(document: _Part) -> Iterator[str]:
 
 
 def _upright(uv: Floats) -> Floats:
-    """Converts texture coordinates between origins at the top and at the bottom of the image."""
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
 
 
@@ -365,11 +367,9 @@ def _numbers(values: Any, length: int, what: str) -> list[float]:
 
 def _decoded(uri: str) -> bytes:
     head, comma, data = uri.partition(",")
-    try:
+    with suppress(ValueError):
         if comma and head.endswith(";base64"):
             return base64.b64decode(data, validate=True)
-    except ValueError:
-        pass
     raise ContentsError("data within it is not written in base64")
 
 

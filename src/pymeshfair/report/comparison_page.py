@@ -36,8 +36,6 @@ from .scene import Marker, Scene, Shown, pack_scene, shown_mesh
 
 #: the side in pixels of a picture of a mesh, and of a view of the distances
 _PICTURE, _VIEW = 400, 300
-#: the views of the distances
-_SIDES = ("front", "back", "left", "right", "top", "bottom")
 _PATH = re.compile(r'"(?:path|file)": ("(?:[^"\\]|\\.)*")')  # of a file in a record
 
 
@@ -156,7 +154,9 @@ def _verdict_of_run(record: Mapping[str, Any], of_change: Verdict) -> Verdict:
         text = f"The run went beyond {count}; the output was written all the same."
         return Verdict("bad", text, (*(f"{breach['guard']}: {breach['message']}." for breach in breaches), *lines))
     if limits := guards.get("limits"):
-        kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        unit = f" {record['measures']['unit'] or ''}".rstrip()
+        texts = {n: f"{t}{unit if n == 'max_displacement' and t[-1].isdigit() else ''}" for n, t in limits.items()}
+        kept = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in texts.items())
         return Verdict("good", f"Done, and every limit was kept: {kept}.", lines)
     return Verdict(of_change.kind, of_change.text, (*of_change.lines, f"{steps} No limits were set."))
 
@@ -203,7 +203,6 @@ def _decimation(mesh: Shown) -> str:
 
 
 def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
-    """Draws both meshes from the front, and the distances from six sides, with a colour bar."""
     unit_name, tolerance, has_sides = unit or "mesh units", compared.tolerance, len(compared.before.mesh.faces) > 0
     plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([*compared.meshes.values()], ["", ""], plain)
@@ -214,7 +213,7 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
     ]
     numbers = [Numbers(compared.after_distance.at_vertices)]
     look = replace(plain, color="distance", width=_VIEW, height=_VIEW, limits=ends, tolerance=tolerance)
-    for side in _SIDES:
+    for side in ("front", "back", "left", "right", "top", "bottom"):
         azimuth, elevation = VIEWS[side]
         view = replace(look, azimuth=azimuth, elevation=elevation)
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
@@ -234,11 +233,13 @@ def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> li
 
 
 def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
-    meshes, distances = compared.meshes, compared.after_distance.at_vertices
+    meshes, distance = compared.meshes, compared.after_distance
     used = {name: referenced_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items() if len(mesh.faces)}
-    distances = distances[used.get("after", ...)]
-    sides = ", outwards above 0" if len(compared.before.mesh.faces) else ""
-    charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances}, *ends)]
+    sides = ", outwards above 0" if "before" in used else ""
+    distances = np.where(np.abs(distance.distances) > compared.comparison.rounding, distance.distances, 0.0)
+    order = np.argsort(distances)
+    by_area = np.searchsorted(np.cumsum(distance.weights[order]), (np.arange(len(order)) + 0.5) / len(order))
+    charts = [histogram("Distance from the mesh before", f"{unit}{sides}", {"after": distances[order[by_area]]}, *ends)]
     if len(curvatures) == 2:
         inner = {name: used[name] & ~border_vertices(mesh.faces, len(mesh.vertices)) for name, mesh in meshes.items()}
         defined = {name: values[inner[name]] for name, values in curvatures.items()}  # a curvature is 0 where it is not defined

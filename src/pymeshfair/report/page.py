@@ -30,7 +30,6 @@ from ..mesh_data import MeshData
 from ..places import point_text
 
 VIEWER = ("viewer.js", "page.js")  # the scripts of a page with the viewer
-_SHORT = 120
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def _environment() -> Environment:
 def short(value: Any) -> str:
     """The value of a parameter as text, cut to 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
+    return text if len(text) <= 120 else f"{text[:120]} ..."
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,6 @@ class Plane:
 
     @classmethod
     def parse(cls, text: str) -> Plane:
-        """Read ``"z=12.5"``."""
         name, _, number = text.partition("=")
         with contextlib.suppress(ValueError):
             if math.isfinite(value := float(number)):
@@ -190,7 +188,6 @@ def _upwards(y: float, most: float) -> float:
 
 
 def _steps(edges: Floats, values: Floats, most: float) -> str:
-    """The path along the tops of the bars; it begins and ends at the bottom of the chart."""
     low, *_, high = bounds = edges.tolist()
     places = [_across(x, low, high) for x in bounds]
     tops = zip(places[:-1], places[1:], values.tolist(), strict=True)

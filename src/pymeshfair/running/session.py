@@ -4,7 +4,7 @@ import errno
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -19,9 +19,11 @@ from ..files.errors import InputError, OutputError, reason_of
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..files.inputs import Reading, check_input, read_file, unchanged
 from ..files.outputs import save_mesh
+from ..files.polygons import numbered
 from ..files.provenance import described_file, read_provenance
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
+from ..filters.topology import border_edges
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
@@ -35,6 +37,7 @@ from .shape_change import find_origins, shape_change, stage_map, warnings_of
 from .suitability import instead, traits_asked_for
 from .supervise import mark
 
+_MERGING = ("meshing_remove_duplicate_vertices", "meshing_merge_close_vertices")  # steps that merge vertices
 _SMALLEST_PROGRESS = 0.005  # the least change of progress that is reported
 
 #: the measures of a mesh, and the result of `traits_asked_for`
@@ -63,13 +66,11 @@ class RunCache:
         self._kept: list[tuple[tuple[Step, ...], State, tuple[StepReport, ...], str]] = []  # least recently used first
 
     def measured(self, asked: object, measure: Callable[[], _Measured]) -> _Measured:
-        """Calls `measure`, or returns its cached result if `asked`, on which it depends, is that of the last call."""
         if self._measured is None or self._measured[0] != asked:
             self._measured = asked, measure()
         return self._measured[1]
 
     def longest(self, steps: tuple[Step, ...]) -> tuple[State | None, tuple[StepReport, ...], str]:
-        """The state, reports and words that `keep` stored for the longest prefix of `steps`; None, () and "" if there is none."""
         fitting = [entry for entry in self._kept if entry[0] == steps[: len(entry[0])]]
         if not fitting:
             return None, (), ""
@@ -79,7 +80,6 @@ class RunCache:
         return entry[1:]
 
     def keep(self, steps: tuple[Step, ...], state: State, reports: tuple[StepReport, ...], emptied: str) -> None:
-        """Keep the layers after `steps`, the reports of these steps, and the words of `Session._emptied`."""
         self._kept.append((steps, state, reports, emptied))
         del self._kept[: -self._states or None]
 
@@ -102,11 +102,9 @@ class Session:
         self._unit: str | None = None
 
     def run(self) -> Report:
-        forget = on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
-        try:
+        with ExitStack() as stack:
+            stack.callback(on_compilation(lambda so_far: self._event(Compiling(**vars(so_far)))))
             return self._run()
-        finally:
-            forget()
 
     def _run(self) -> Report:
         self._event(PhaseStarted("reading"))
@@ -133,8 +131,7 @@ class Session:
         asked = self._job.recipe.name, self._job.recipe.info, not self._job.overrides
         before, traits, unsuited = earlier.measured(asked, lambda: self._measured(read))
         self._warn(*self._job.doubts_of_recipe(before.diagonal))
-        if unsuited:
-            self._warn(unsuited)
+        self._warn(*filter(None, [unsuited]), *self._seams(before))
         steps = self._run_steps(earlier)
         document = self._document
         self._lose(document.losses)
@@ -155,6 +152,20 @@ class Session:
         before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
         return before, *traits_asked_for(self._job.recipe, before, as_shipped=not self._job.overrides)
 
+    def _seams(self, before: MeasuredMesh) -> Iterator[str]:
+        """Warns of borders that coincide, as at seams of a texture, if the steps may open them or distort the texture."""
+        names, attributes = {step.filter.python_name for step in self._steps}, attributes_of(before.mesh)
+        merges, keeps = not names.isdisjoint(_MERGING), "compute_texcoord_transfer_vertex_to_wedge" in names
+        distorts = "vertex texture coordinates" in attributes and "wedge texture coordinates" not in attributes and not keeps
+        advice = ["'Convert PerVertex UV into PerWedge UV'"] * distorts + ["'Remove Duplicate Vertices'"] * (not merges)
+        if names and advice and before.measures is not None and before.measures.border_edges:
+            ends = border_edges(before.mesh.faces)
+            places = np.sort(numbered(before.mesh.vertices[ends.ravel()])[1].reshape(-1, 2), axis=1)
+            counts = np.unique(places, axis=0, return_counts=True)[1]
+            harm = f"the steps {'distort the texture' if merges else 'may open gaps'} there; begin with {' and '.join(advice)}"
+            if (cut := counts[counts > 1].sum()) > 0:
+                yield f"{cut:,} border edges lie exactly on others, as at seams of a texture: {harm}"
+
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         unchecked = self._unchecked if self._job.unchecked else None
         check_input(path)
@@ -171,7 +182,6 @@ class Session:
         return load_unchecked(path, self._stage / "meshlab")
 
     def _run_steps(self, earlier: RunCache) -> tuple[StepReport, ...]:
-        """Run the steps after those whose result is in the cache; return the reports of all steps."""
         state, reports, self._emptied = earlier.longest(self._steps)
         if state is not None:
             self._document.restore(state)
@@ -238,7 +248,6 @@ class Session:
             self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
 
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
-        """Stage the files; if a limit is broken, stage the output only with `Job.keep_broken`."""
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
         self._lose([*self._removed_contents(before.mesh, outcome.result)])
@@ -290,7 +299,6 @@ class Session:
         )
 
     def _print_notes(self, scan: MeshData, mesh: MeshData, *, wrapped: bool) -> list[str]:
-        """Sentences on a printable mesh: its wall thickness, and the share of the scanned area inside a wrap."""
         if wrapped:
             with suppress(RunError):  # the run goes on if MeshLab crashes on the scan
                 if not any(print_faults(scan)):
@@ -309,7 +317,6 @@ class Session:
             yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
 
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
-        """Stage the output's files; return the output's entry in the provenance document, and the staged files."""
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
         saved = save_mesh(after.mesh, output, self._stage / "new", resolution=after.resolution, **names)
@@ -336,7 +343,6 @@ class Session:
 
 
 def _without_values(mesh: MeshData) -> Iterator[str]:
-    """Sentences on the custom attributes that new elements lack."""
     if mesh.source is None:
         return
     of_file: Callable[[str], Mapping[str, Any]] = getattr(mesh.source.document, "custom", lambda element: {})
