@@ -128,7 +128,7 @@ def apply_coord_normal_filtering(
     denoise = part_of(progress, 0.0, CHOOSING if compare else 1.0)
     choosing = part_of(denoise, 0.0, CHOOSING)
     effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, **options, progress=choosing)
-    findings = _findings(made)
+    findings = denoising.findings_of_choice(made)
     filtering = dict(effective)
     steps = {name: filtering.pop(name) for name in denoising.PREPARATION}
     remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
@@ -184,19 +184,12 @@ def apply_normal_robust_filtering_per_face(
     )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
-    return Edit(face_normals=filtered, values={**effective, **_findings(made)})
+    return Edit(face_normals=filtered, values={**effective, **denoising.findings_of_choice(made)})
 
 
 def _not_automatic(**values: Any) -> dict[str, Any]:
     automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
-
-
-def _findings(made: denoising.AutomaticChoice | None) -> dict[str, Any]:
-    if made is None:
-        return {}
-    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
-    return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
 def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:

@@ -92,8 +92,7 @@ def compute_selection_by_stray_points_per_vertex(
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     stray = outliers.stray_points(layer.vertices, **options, progress=progress)
     copies = int(stray.sum()) - len(np.unique(layer.vertices[stray], axis=0))
-    advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
-    return _selection(stray, options, *([advice] if copies else []))
+    return _selection(stray, options, *outliers.notes_on_copies(copies))
 
 
 @point_selection(name="Select Surplus Points")

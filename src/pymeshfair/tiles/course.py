@@ -19,7 +19,7 @@ from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal
-from ..filters.outliers import found_words
+from ..filters.outliers import found_words, notes_on_copies
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
 from ..processes.environment import packages_here
@@ -41,7 +41,7 @@ from ..running.supervise import run_job
 from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .mesh import MeshTiles, cut, do_move
-from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows
+from .plan import DELETE, NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows
 from .sources import CLOUD_FORMATS, E57Cloud, LasCloud, MeshFile, PlyFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
@@ -130,7 +130,10 @@ class _TiledRun:
             with self._step(step.step) as (values, progress):
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
                 found = found_words(reported.get("selected_vertices", 0), sizes["points"], {**step.values, **sizes["lengths"]})
-                values |= reported | {"notes": (*found, *reported.get("notes", ())), "lengths": sizes["lengths"]}
+                if removed := reported.get("removed_vertices"):
+                    found = (f"Removed {removed} duplicated vertices",)  # MeshLab's sentence
+                notes_of_step = (*found, *notes_on_copies(sizes["copies"]), *reported.get("notes", ()))
+                values |= reported | {"notes": notes_of_step, "lengths": sizes["lengths"]}
             stages.append(sizes)
         self._report_skipped(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
@@ -177,8 +180,10 @@ class _TiledRun:
     def _report_skipped(self, number: int) -> None:
         """Reports steps before `number` without a `PlannedStep`: deletions after a selection, projections of 0 iterations."""
         for skipped in range(len(self.steps) + 1, number):
-            with self._step(skipped):
-                pass
+            with self._step(skipped) as (values, _):
+                is_deletion = self.job.recipe.script.steps[skipped - 1].filter.python_name == DELETE
+                if is_deletion and (deleted := self.steps[-1].values.get("selected_vertices")):
+                    values["notes"] = (f"Deleted {deleted} vertices, 0 faces.",)  # MeshLab's sentence
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:

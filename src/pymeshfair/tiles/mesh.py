@@ -26,7 +26,19 @@ from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, ch
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
-from .plan import NORMALS, Filtering, PlannedStep, apply, choose, cost_of, filtering_of, rings_of, slice_rows, surface_vertices
+from .plan import (
+    NORMALS,
+    Filtering,
+    PlannedStep,
+    apply,
+    choose,
+    cost_of,
+    filtering_of,
+    parameters_of,
+    rings_of,
+    slice_rows,
+    surface_vertices,
+)
 from .sources import MeshFile
 from .workers import Tasks
 
@@ -212,8 +224,8 @@ class MeshTiles:
         away, i = whole.farthest(tile.vertices[rows], place)
         return away, int(tile.numbers[rows[i]]), tile.vertices[rows[i]]
 
-    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
-        """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
+    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], dict[str, Any], tuple[str, ...]]:
+        """As `plan.choose`, on patches of the mesh, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
@@ -236,13 +248,17 @@ class MeshTiles:
         return Results(Column(self.surface.cells.folder / "final", "<f8", 6 if self.with_normals else 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the tile's final coordinates, and normals if wanted; returns the corners of the bounding box."""
+        """Writes the tile's final coordinates, and normals if wanted; returns the corners of the bounding box.
+
+        The normal of a vertex of no face is NaN: the file's normal stays.
+        """
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
         if self.with_normals:
             tile = tile_with_rings(self.surface, first, last, 1)
             normals = vertex_normals_by_angle(tile.vertices, tile.faces)
+            normals[~mask_of(tile.faces, len(normals))] = np.nan
             self.results.write(begin, tile.numbers[tile.inside], np.hstack([tile.vertices, normals])[tile.inside])
         else:
             self.results.write(begin, cells.numbers.read(begin, end), points)
@@ -382,12 +398,16 @@ def do_move(
         found = tasks.map(work.farthest, [(place, whole, *tile) for tile in tiles])
         _, number, coordinates = max(found, key=lambda vertex: (vertex[0], -vertex[1]))
         raise whole.far_vertex(number, coordinates)
-    if step.filter == NORMALS and filtering_of(values) is None:
-        chosen_values, notes = tasks.run(work.choose, values, is_open)
-        values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
+    if step.filter == NORMALS and (parameters := parameters_of(values)) is not None:
+        report = parameters
+    elif step.filter == NORMALS:
+        parameters, findings, notes = tasks.run(work.choose, values, is_open)
+        values, report = {**values, **parameters}, {**parameters, **findings, "notes": notes}
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
     if filtering is None:
+        if step.is_builtin:
+            report = {"notes": (f"Smoothed {surface.cells.count} vertices",)}  # MeshLab's sentence
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         return report
