@@ -18,7 +18,7 @@ from ..mesh_data import MeshData, Texture
 from .errors import ContentsError, OutputError
 from .formats import MISSING_LASPY, WRITABLE, Format, attributes_of, extension, load_function
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
-from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk
+from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk, undo_killed
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,19 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool = False) -> None:
-    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
+    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources.
+
+    If a run was killed while it put its files in place, the former files are restored first.
+    """
+    try:
+        _check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
+    except OutputError:
+        if not undo_killed(output.parent):
+            raise
+        _check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
+
+
+def _check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool) -> None:
     check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
