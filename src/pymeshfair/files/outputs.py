@@ -196,6 +196,8 @@ def save_mesh(
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
     present = attributes_of(mesh)
+    if "faces" not in kind.holds and mesh.writes_normals:  # a cloud has no faces to compute them from
+        mesh = mesh.with_attributes({"normals": mesh.vertex_normals})
     if not len(mesh.faces) and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, which the format cannot hold; .ply and .obj keep them")
     if lost := kind.lost(present):
