@@ -92,7 +92,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r})), also=report)
 
 def report(result: RunResult) -> list[StagedFile]:
     """The report of a run, which is in the folder of the output."""
-    target = Path(result.provenance).parents[2] / "report.html"
+    target = Path(result.provenance).parents[1] / "report.html"
     return [stage_file(result.output.with_name(target.name), target, b"a page")]
 
 

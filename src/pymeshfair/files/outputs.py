@@ -51,15 +51,6 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_fo
 
     If a run was killed while it put its files in place, the former files are restored first.
     """
-    try:
-        _check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
-    except OutputError:
-        if not undo_killed(output.parent):
-            raise
-        _check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
-
-
-def _check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool) -> None:
     check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -71,7 +62,12 @@ def _check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_f
         return
     if output in existing and output.samefile(made_from.input):
         raise OutputError(output, f"it is the input; {OVERWRITE}")
-    _check_former(existing, read_provenance(output), made_from)
+    try:
+        _check_former(existing, read_provenance(output), made_from)
+    except OutputError:
+        if not undo_killed(output.parent):
+            raise
+        check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:

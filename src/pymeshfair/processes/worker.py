@@ -16,11 +16,10 @@ import re
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, BinaryIO
 
@@ -32,8 +31,8 @@ from ..operating_system import this_system
 _WORDS = "MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment"
 #: how Python and the libraries say that memory ran out; not beside a slash or before an extension, as in "memoryerror.ply"
 _LACK = re.compile(rf"(?<![/\\])({_WORDS})(?![/\\]|\.\w)", re.I)
-#: a quoted name of a file: it has a slash or a dot, unlike 'std::bad_alloc'
-_QUOTED_FILE = re.compile(r"""(['"])[^'"\n]*[/\\.][^'"\n]*\1""")
+#: a quoted name with a slash or a dot, unlike 'std::bad_alloc'; a path from its first slash to its extension
+_FILE = re.compile(r"""(['"])[^'"\n]*[/\\.][^'"\n]*\1|[/\\].*?\.\w+""")
 #: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
@@ -49,14 +48,12 @@ class Order:
     call: bytes  # pickled: a function of a module or a method of a picklable object, and its arguments
     memory_limit: int | None = None  # the most bytes of memory that the process may use
     if_lost: bytes | None = None  # a pickled function that the worker calls if its parent ends
-    names: tuple[str, ...] = ()  # `names_in` the arguments
 
     @classmethod
     def of(
         cls, task: Callable[..., Any], *arguments: Any, memory_limit: int | None = None, if_lost: Callable[[], None] | None = None
     ) -> Order:
-        call, names = pickle.dumps((task, arguments)), tuple(names_in(arguments))
-        return cls(call, memory_limit, None if if_lost is None else pickle.dumps(if_lost), names)
+        return cls(pickle.dumps((task, arguments)), memory_limit, None if if_lost is None else pickle.dumps(if_lost))
 
 
 @dataclass(frozen=True)
@@ -79,41 +76,25 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
     try:
         result = task(*arguments)
     except Exception as raised:
-        error, details = _sendable(raised, names_in(arguments)), traceback.format_exc()
+        error, details = _sendable(raised), traceback.format_exc()
     return Answer(result, error, details, f"{platform.node()} {os.getpid()}", this_system().peak_memory())
 
 
-def names_in(value: Any) -> set[str]:
-    """Returns the paths in a value, such as a `Job`, their folders and file names that read like a lack of memory."""
-    if isinstance(value, Path):
-        return {name for name in (str(value), str(value.parent), value.name) if _LACK.search(name)}
-    if isinstance(value, Order):
-        return set(value.names)
-    if is_dataclass(value) and not isinstance(value, type):
-        value = [getattr(value, field.name) for field in fields(value)]
-    parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
-    return set().union(*map(names_in, parts))
+def says_lack_of_memory(text: str) -> bool:
+    """Returns whether a text says that memory ran out; names of files in it do not count."""
+    return _LACK.search(_FILE.sub(" ", text)) is not None
 
 
-def says_lack_of_memory(text: str, names: Collection[str] = ()) -> bool:
-    """Returns whether a text says that memory ran out; `names` and quoted names of files in it do not count."""
-    for name in sorted(names, key=len, reverse=True):
-        text = text.replace(name, " ")
-    return _LACK.search(_QUOTED_FILE.sub(" ", text)) is not None
-
-
-def is_lack_of_memory(error: BaseException | None, names: Collection[str] = ()) -> bool:
-    """Returns whether an exception or its cause says that memory ran out, see `says_lack_of_memory`."""
-    if error is None or isinstance(error, MemoryError):
-        return error is not None
+def is_lack_of_memory(error: BaseException | None) -> bool:
+    """Returns whether an exception or its cause says that memory ran out."""
     text = str((isinstance(error, OSError) and error.strerror) or error)  # without the name of a file
-    is_ours = isinstance(error, PymeshfairError)
-    return (not is_ours and says_lack_of_memory(text, names)) or is_lack_of_memory(error.__cause__, names)
+    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and says_lack_of_memory(text))
+    return error is not None and (is_lack or is_lack_of_memory(error.__cause__))
 
 
-def _sendable(error: Exception, names: Collection[str]) -> Exception:
-    """Returns an equivalent exception that can be pickled; `names` as for `says_lack_of_memory`."""
-    if is_lack_of_memory(error, names):
+def _sendable(error: Exception) -> Exception:
+    """Returns an equivalent exception that can be pickled."""
+    if is_lack_of_memory(error):
         return MemoryError("memory ran out")
     match error:
         case PymeshfairError():

@@ -25,7 +25,7 @@ from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
-from ..processes.worker import is_lack_of_memory, names_in
+from ..processes.worker import is_lack_of_memory
 from ..scripts.script import Step
 from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
@@ -208,7 +208,7 @@ class Session:
         except StoppedError as error:
             raise error.__cause__ or error from None
         except Exception as error:
-            if is_lack_of_memory(error, names_in(self._job)):
+            if is_lack_of_memory(error):
                 raise MemoryError from error
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # while writing for MeshLab
                 raise OutputError(self._job.output, reason_of(error)) from error

@@ -29,12 +29,9 @@ from .sources import Source
 from .workers import Tasks
 
 
-def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> int:
-    """Marks all but the first point of each place or grid cell, and counts the marked points.
-
-    `buckets` are pairs of a first row in `results` and a bucket.
-    """
-    points, marked = np.empty((0, 3)), 0
+def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
+    """Marks all but the first point of each place or grid cell; `buckets` are pairs of a first row in `results` and a bucket."""
+    points = np.empty((0, 3))
     for first, bucket in buckets:
         coordinates, numbers = bucket.read()
         count, points = len(points), np.concatenate([points, coordinates])
@@ -42,19 +39,19 @@ def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> int:
         later = np.ones(len(coordinates), np.uint8)
         later[firsts[count:] - count] = 0
         results.write(first, numbers, later)
-        points, marked = points[firsts], marked + int(later.sum())
-    return marked
+        points = points[firsts]
 
 
 def mark_copies(
     buckets: Sequence[Bucket], folder: Path, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
-) -> tuple[Ranges, Results, int]:
-    """Marks all but the first point of each place or grid cell; returns the tiles, the marks and the number of marked points."""
+) -> tuple[Ranges, Results]:
+    """Does `mark_later` for all buckets; returns the tiles and the marks."""
     tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
     results = Results(Column(folder / "results", "u1"))
     placed = zip([first for first, _ in tiles], buckets, strict=True)
     groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
-    return tiles, results, sum(tasks.map(mark_later, groups, progress))
+    tasks.map(mark_later, groups, progress)
+    return tiles, results
 
 
 class OutlierTiles(PointTiles):
@@ -203,7 +200,7 @@ def do_step(
     buckets = tasks.run(cloud.divide, count, folder, points, size, *lengths.values())
     progress(0.1)
     if step.filter in (DUPLICATES, SURPLUS):
-        tiles, results, _ = mark_copies(buckets, folder, tasks, part_of(progress, 0.1, 0.9))
+        tiles, results = mark_copies(buckets, folder, tasks, part_of(progress, 0.1, 0.9))
     else:
         cells = Cells.of(buckets, folder, tree_scale(float(max(high.max(), -low.min()))), tasks, part_of(progress, 0.1, 0.2))
         ranges = tasks.run(cells.tiles, points)
@@ -221,7 +218,7 @@ def do_step(
     shutil.rmtree(folder, ignore_errors=True)
     if chosen is not None and values["selected_vertices"]:
         buckets = tasks.run(replace(cloud, kept=chosen).divide, values["selected_vertices"], copies, points, size)
-        copies_of_others = mark_copies(buckets, copies, tasks)[2]
+        copies_of_others = tasks.run(mark_copies(buckets, copies, tasks)[1].values.total, size)
     shutil.rmtree(copies, ignore_errors=True)
     progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:

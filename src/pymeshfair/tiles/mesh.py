@@ -26,19 +26,7 @@ from ..filters.mesh import Bools, Floats, Ints, Longs, NormalisedMesh, Whole, ch
 from ..filters.topology import border_vertices, proper_faces
 from .cells import Cells, Column, Part, Ranges, Results, Stored
 from .cloud import Cloud
-from .plan import (
-    NORMALS,
-    Filtering,
-    PlannedStep,
-    apply,
-    choose,
-    cost_of,
-    filtering_of,
-    parameters_of,
-    rings_of,
-    slice_rows,
-    surface_vertices,
-)
+from .plan import NORMALS, Filtering, PlannedStep, apply, choose, cost_of, filtering_of, rings_of, slice_rows, surface_vertices
 from .sources import MeshFile
 from .workers import Tasks
 
@@ -224,7 +212,7 @@ class MeshTiles:
         away, i = whole.farthest(tile.vertices[rows], place)
         return away, int(tile.numbers[rows[i]]), tile.vertices[rows[i]]
 
-    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], dict[str, Any], tuple[str, ...]]:
+    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], dict[str, Any]]:
         """As `plan.choose`, on patches of the mesh, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
@@ -398,11 +386,9 @@ def do_move(
         found = tasks.map(work.farthest, [(place, whole, *tile) for tile in tiles])
         _, number, coordinates = max(found, key=lambda vertex: (vertex[0], -vertex[1]))
         raise whole.far_vertex(number, coordinates)
-    if step.filter == NORMALS and (parameters := parameters_of(values)) is not None:
-        report = parameters
-    elif step.filter == NORMALS:
-        parameters, findings, notes = tasks.run(work.choose, values, is_open)
-        values, report = {**values, **parameters}, {**parameters, **findings, "notes": notes}
+    if step.filter == NORMALS and filtering_of(values) is None:
+        chosen_values, report = tasks.run(work.choose, values, is_open)
+        values = {**values, **chosen_values}
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
     if filtering is None:
@@ -411,6 +397,7 @@ def do_move(
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         return report
+    report = {**filtering.parameters, **report}
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
     if filtering.relaxation:

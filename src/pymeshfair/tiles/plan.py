@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..declaration import AUTO
@@ -127,7 +127,7 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
 
 def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
     filtering = filtering_of(values)
-    parameters = _set_values(values) if filtering is None else asdict(filtering.settings) | vars(filtering)
+    parameters = _set_values(values) if filtering is None else filtering.parameters
     bad = next((name for name, refused in _WHOLE.items() if parameters.get(name) in refused), None)
     return bad and f"has {bad} {parameters[bad]!r}, which needs the whole mesh"
 
@@ -145,32 +145,27 @@ class Filtering:
     relaxation: int  # pairs of Taubin's steps before the rounds
     relaxation_direction: denoising.RelaxationDirection  # the directions in which these steps may move vertices
     border: Any  # the rule for border vertices
+    parameters: Mapping[str, Any]  # all of these but `border`, by name
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """Returns the parameters of normal filtering; None if the filter chooses some of them for the mesh."""
-    if (parameters := parameters_of(values)) is None:
+    parameters = denoising.parameters_without_mesh(_set_values(values), values["choice"])
+    if parameters is None:
         return None
-    normal_settings = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
-    return Filtering(denoising.NormalFilter(**normal_settings), border=values["border"], **parameters)
-
-
-def parameters_of(values: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Returns the parameters of normal filtering by name; None if the filter chooses some of them for the mesh."""
-    return denoising.parameters_without_mesh(_set_values(values), values["choice"])
+    settings = denoising.NormalFilter(
+        **{f.name: parameters[f.name] for f in fields(denoising.NormalFilter) if f.name in parameters}
+    )
+    others = {f.name: parameters[f.name] for f in fields(Filtering) if f.name in parameters}
+    return Filtering(settings, border=values["border"], parameters=parameters, **others)
 
 
 def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
-def choose(
-    values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open: bool
-) -> tuple[dict[str, Any], dict[str, Any], tuple[str, ...]]:
-    """Returns all parameters, `findings_of_choice`, and notes; chooses automatic parameters on a sample of the mesh.
-
-    On the whole mesh the result is that of a run in one piece.
-    """
+def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open: bool) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns all parameters, and a report; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, choice, border = _set_values(values), values["choice"], values["border"]
     parameters, made = denoising.parameters_for_mesh(vertices, faces, set_values, choice, border=border)
     if why := _why_not_filtering({**values, **parameters}):
@@ -178,7 +173,8 @@ def choose(
         raise FilterInputError(
             f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave all else 'auto'"
         )
-    return parameters, denoising.findings_of_choice(made), denoising.notes_of_choice(made, parameters, is_open=is_open)
+    notes = denoising.notes_of_choice(made, parameters, is_open=is_open)
+    return parameters, {**denoising.findings_of_choice(made), "notes": notes}
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:

@@ -182,10 +182,7 @@ class MeshFile(PlyFile):
         moved = any((points != block[:, :3]).any() for points, block in points_and_results)
         vertices = (
             {p.name: rows[p.name] for p in properties}
-            | {
-                name: np.where(np.isnan(column) | (not moved), rows[name], column)
-                for name, column in zip(names, block.T, strict=True)
-            }
+            | {n: np.where(np.isnan(new) | (not moved), rows[n], new) for n, new in zip(names, block.T, strict=True)}
             for rows, block in zip(self.vertices.slices(size), results.in_order(tiles, size), strict=True)
         )
         self.rewrite(target, elements, vertices, size)
