@@ -15,7 +15,7 @@ from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
-from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
+from .moving_vertices import Border, Selected, movable_vertices, vertex_smoother
 
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 150 settings on the mesh, or on patches of a large mesh, "
@@ -196,7 +196,7 @@ def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | 
     """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
     options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
     comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
-    return reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
+    return denoising.reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
@@ -316,7 +316,7 @@ def apply_coord_bilateral_projection_of_points(
     if iterations < 0:
         choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))
         chosen = Projection() if choice is None else choice.chosen.label
-        values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
+        values = {"chosen": chosen._asdict(), "tried": denoising.reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(denoising.NOTHING_TO_REMOVE,))

@@ -10,7 +10,7 @@ from .local_outlier_probability import (
     spread_of,
     standard_distances,
 )
-from .spacing import cloud_spacings, found_words, gaps, grid_cells, notes_on_copies, surplus_points
+from .spacing import cloud_spacings, found_words, gaps, grid_cells, surplus_points
 from .stray_points import JOIN_STEPS, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "linked_parts",
     "linked_to",
     "local_outlier_probability",
-    "notes_on_copies",
     "outlier_factors",
     "part_sums",
     "probabilities_of",

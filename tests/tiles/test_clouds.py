@@ -20,7 +20,7 @@ from pymeshfair.errors import FilterInputError
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_write import write_ply
-from pymeshfair.filters.outliers import local_outlier_probability, notes_on_copies, stray_points, surplus_points
+from pymeshfair.filters.outliers import found_words, local_outlier_probability, stray_points, surplus_points
 from pymeshfair.mesh_data import MeshData, View
 from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
@@ -167,13 +167,14 @@ def test_copies_among_stray_points_are_counted_as_in_one_piece(most: int, tmp_pa
     layer = View(MeshData(vertices=points), lambda number: MeshData(vertices=points))
     function = find_filter(step.filter).function
     assert function is not None
-    note = function(layer, **step.values).notes[1]
+    edit = function(layer, **step.values)
     cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
     for deletes in (False, True):
         selection = replace(step, step=1 + deletes, deletes=deletes)
         known = do_step(cloud, selection, cast("Tasks", tiling.Here()), 10**6, progress=lambda share: None, most=most)[2]
-        assert notes_on_copies(known["copies"]) == (note,)
-    assert note.startswith(f"{6 * 40 - 6:,} of them are copies of others")
+        count = edit.values["selected_vertices"]
+        assert found_words(count, len(points), step.values, known["copies"]) == edit.notes
+    assert edit.notes[1].startswith(f"{6 * 40 - 6:,} of them are copies of others")
 
 
 def test_fewer_points_in_a_tile_than_neighbours() -> None:

@@ -19,7 +19,7 @@ from ..files.provenance import described_file
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal
-from ..filters.outliers import found_words, notes_on_copies
+from ..filters.outliers import found_words
 from ..operating_system import this_system
 from ..processes.cluster import Scheduler
 from ..processes.environment import packages_here
@@ -129,11 +129,11 @@ class _TiledRun:
         for step in plan:
             with self._step(step.step) as (values, progress):
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
-                found = found_words(reported.get("selected_vertices", 0), sizes["points"], {**step.values, **sizes["lengths"]})
+                set_values = {**step.values, **sizes["lengths"]}
+                found = found_words(reported.get("selected_vertices", 0), sizes["points"], set_values, sizes["copies"])
                 if removed := reported.get("removed_vertices"):
                     found = (f"Removed {removed} duplicated vertices",)  # MeshLab's sentence
-                notes_of_step = (*found, *notes_on_copies(sizes["copies"]), *reported.get("notes", ()))
-                values |= reported | {"notes": notes_of_step, "lengths": sizes["lengths"]}
+                values |= reported | {"notes": (*found, *reported.get("notes", ())), "lengths": sizes["lengths"]}
             stages.append(sizes)
         self._report_skipped(len(self.job.recipe.script.steps) + 1)
         self.on_event(PhaseStarted("writing"))
