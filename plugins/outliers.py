@@ -58,11 +58,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     more = (outliers.REPLACED_SCALARS,) if layer.has_vertex_scalars and layer.vertex_scalars.any() else ()
-    measured: dict[str, Any] = {
-        "largest_probability": float(probabilities.max()),
-        "mean_probability": float(probabilities.mean()),
-    }
-    return _selection(probabilities > threshold, {"threshold": threshold}, *more, scalars=probabilities, **measured)
+    largest, mean = float(probabilities.max()), float(probabilities.mean())
+    report: dict[str, Any] = {"largest_probability": largest, "mean_probability": mean}
+    return _selection(probabilities > threshold, {"threshold": threshold}, *more, scalars=probabilities, **report)
 
 
 @point_selection(name="Select Stray Points")
