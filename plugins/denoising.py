@@ -15,7 +15,7 @@ from pymeshfair.filters.mesh import Bools, Floats
 from pymeshfair.filters.robust import KernelName
 from pymeshfair.filters.topology import BorderPolicy, border_vertices, referenced_vertices
 
-from .moving_vertices import Border, Selected, movable_vertices, reported, vertex_smoother
+from .moving_vertices import Border, Selected, movable_vertices, vertex_smoother
 
 CHOICE = Enum(
     help="How automatic parameters are chosen. 'held_out': tries about 150 settings on the mesh, or on patches of a large mesh, "
@@ -128,7 +128,7 @@ def apply_coord_normal_filtering(
     denoise = part_of(progress, 0.0, CHOOSING if compare else 1.0)
     choosing = part_of(denoise, 0.0, CHOOSING)
     effective, made = denoising.parameters_for_mesh(layer.vertices, layer.faces, set_values, choice, **options, progress=choosing)
-    findings = _findings(made)
+    findings = denoising.findings_of_choice(made)
     filtering = dict(effective)
     steps = {name: filtering.pop(name) for name in denoising.PREPARATION}
     remaining = part_of(denoise, CHOOSING if made else 0.0, 1.0)
@@ -184,7 +184,7 @@ def apply_normal_robust_filtering_per_face(
     )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
-    return Edit(face_normals=filtered, values={**effective, **_findings(made)})
+    return Edit(face_normals=filtered, values={**effective, **denoising.findings_of_choice(made)})
 
 
 def _not_automatic(**values: Any) -> dict[str, Any]:
@@ -192,18 +192,11 @@ def _not_automatic(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
 
-def _findings(made: denoising.AutomaticChoice | None) -> dict[str, Any]:
-    if made is None:
-        return {}
-    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
-    return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
-
-
 def _comparison(layer: Layer, made: denoising.AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The prediction errors of the smoothers at held-out vertices; empty for a clean mesh or correlated noise."""
     options: dict[str, Any] = {"setting": made.setting, "movable": movable, "progress": progress}
     comparison = compare_smoothers(layer.vertices, layer.faces, **options) if made.kind == "noisy" else None
-    return reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
+    return denoising.reported(comparison, lambda tried: {"smoother": tried.smoother or "nothing", "amount": tried.amount})
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
@@ -323,7 +316,7 @@ def apply_coord_bilateral_projection_of_points(
     if iterations < 0:
         choice = chosen_projection(layer.vertices, **options, progress=part_of(progress, 0.0, 0.8))
         chosen = Projection() if choice is None else choice.chosen.label
-        values = {"chosen": chosen._asdict(), "tried": reported(choice, Projection._asdict)}
+        values = {"chosen": chosen._asdict(), "tried": denoising.reported(choice, Projection._asdict)}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(denoising.NOTHING_TO_REMOVE,))

@@ -1,6 +1,6 @@
 """Parameters and results shared by filters that move vertices."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
@@ -9,8 +9,7 @@ import numpy as np
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
-from pymeshfair.filters.denoising import NOTHING_TO_REMOVE, unfolded
-from pymeshfair.filters.evidence import Choice
+from pymeshfair.filters.denoising import NOTHING_TO_REMOVE, reported, unfolded
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from pymeshfair.filters.topology import BorderPolicy
@@ -96,16 +95,6 @@ def smoothed_by_amount(
 def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: bool, progress: Progress) -> Smoothed:
     """`smoothed_by_amount` with a detail size in mesh units as the amount."""
     return smoothed_by_amount(layer, size, smooth, DETAIL_SIZES, unit=layer.mean_edge, selected=selected, progress=progress)
-
-
-def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The report on each trial of a choice: the label, as values by name, the scores, and whether it was chosen."""
-    if choice is None:
-        return []
-    return [
-        {**labelled(t.label), "error": t.error, "excess": t.excess, "uncertainty": t.uncertainty, "chosen": t == choice.chosen}
-        for t in choice.trials
-    ]
 
 
 def squared_mean_edge(layer: Layer) -> float:

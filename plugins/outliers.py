@@ -21,11 +21,11 @@ point_selection = partial(
 
 
 def _selection(
-    selected: Bools, parameters: Mapping[str, Any], *more: str, scalars: Floats | None = None, **report: float
+    selected: Bools, parameters: Mapping[str, Any], *more: str, copies: int = 0, scalars: Floats | None = None, **report: float
 ) -> Edit:
     """Selects points and reports their number; a note says what they are, then come the notes `more`."""
     count = int(np.count_nonzero(selected))
-    notes = (*outliers.found_words(count, len(selected), parameters), *more)
+    notes = (*outliers.found_words(count, len(selected), parameters, copies), *more)
     return Edit(vertex_selection=selected, vertex_scalars=scalars, values={"selected_vertices": count, **report}, notes=notes)
 
 
@@ -58,8 +58,9 @@ def compute_selection_by_outlier_probability_per_vertex(
     """
     probabilities = outliers.local_outlier_probability(layer.vertices, neighbors=neighbors, extent=extent, progress=progress)
     more = (outliers.REPLACED_SCALARS,) if layer.has_vertex_scalars and layer.vertex_scalars.any() else ()
-    measured = {"largest_probability": float(probabilities.max()), "mean_probability": float(probabilities.mean())}
-    return _selection(probabilities > threshold, {"threshold": threshold}, *more, scalars=probabilities, **measured)
+    largest, mean = float(probabilities.max()), float(probabilities.mean())
+    report: dict[str, Any] = {"largest_probability": largest, "mean_probability": mean}
+    return _selection(probabilities > threshold, {"threshold": threshold}, *more, scalars=probabilities, **report)
 
 
 @point_selection(name="Select Stray Points")
@@ -92,8 +93,7 @@ def compute_selection_by_stray_points_per_vertex(
     options: dict[str, Any] = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     stray = outliers.stray_points(layer.vertices, **options, progress=progress)
     copies = int(stray.sum()) - len(np.unique(layer.vertices[stray], axis=0))
-    advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
-    return _selection(stray, options, *([advice] if copies else []))
+    return _selection(stray, options, copies=copies)
 
 
 @point_selection(name="Select Surplus Points")

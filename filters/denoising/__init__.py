@@ -12,7 +12,16 @@ from .clouds import (
     smoothed_directions,
     unit_normals,
 )
-from .completion import NOTHING_TO_REMOVE, PREPARATION, Chooser, notes_of_choice, parameters_for_mesh, parameters_without_mesh
+from .completion import (
+    NOTHING_TO_REMOVE,
+    PREPARATION,
+    Chooser,
+    findings_of_choice,
+    notes_of_choice,
+    parameters_for_mesh,
+    parameters_without_mesh,
+    reported,
+)
 from .correlated_noise import shared_noise
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers, replace_outlying
@@ -83,6 +92,7 @@ __all__ = [
     "estimate_noise",
     "estimated_range_sigma",
     "filter_face_normals",
+    "findings_of_choice",
     "going_back",
     "needs_distance",
     "noise_floor",
@@ -95,6 +105,7 @@ __all__ = [
     "projections",
     "relaxed_part",
     "replace_outlying",
+    "reported",
     "rings_of_relaxation",
     "rings_of_round",
     "round_of_part",

@@ -1,10 +1,11 @@
 """Completes the parameters of denoising that a caller sets: by defaults, by fixed values, or by a choice for the mesh."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
 from typing import Any, Literal, TypeAlias
 
+from ..evidence import Choice
 from ..mesh import Floats, Ints
 from .automatic import AutomaticChoice, automatic_choice
 from .candidates import FIXED, REPERTOIRE, AutomaticParameters, Setting
@@ -52,6 +53,24 @@ def parameters_for_mesh(
         chosen = {"outer_iterations": 0}
     before = {name: getattr(made.setting, name) for name in PREPARATION}
     return {**DEFAULTS, **chosen, **before, **set_values}, made
+
+
+def reported(choice: Choice[Any] | None, labelled: Callable[[Any], Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The report on each trial of a choice: the label, as values by name, the scores, and whether it was chosen."""
+    if choice is None:
+        return []
+    return [
+        {**labelled(t.label), "error": t.error, "excess": t.excess, "uncertainty": t.uncertainty, "chosen": t == choice.chosen}
+        for t in choice.trials
+    ]
+
+
+def findings_of_choice(made: AutomaticChoice | None) -> dict[str, Any]:
+    """The report on a choice: the kind of mesh, its noise, whether the choice is sure, and what was tried; empty without one."""
+    if made is None:
+        return {}
+    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
+    return findings if made.evidence is None else {**findings, "tried": reported(made.evidence, asdict)}
 
 
 def notes_of_choice(made: AutomaticChoice | None, parameters: Mapping[str, Any], *, is_open: bool) -> tuple[str, ...]:

@@ -91,6 +91,8 @@ def surplus_points(points: ArrayLike, side: float) -> Bools:
     return surplus
 
 
-def found_words(count: int, total: int, values: Mapping[str, Any]) -> tuple[str, ...]:
-    """A sentence on `count` of `total` points that a filter with the parameters `values` has found; none if `count` is 0."""
-    return tuple(f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)
+def found_words(count: int, total: int, values: Mapping[str, Any], copies: int = 0) -> tuple[str, ...]:
+    """Sentences on `count` of `total` points that a filter with the parameters `values` has found, and on `copies` among them."""
+    advice = f"{copies:,} of them are copies of others, and copies count as neighbours: remove duplicate vertices first"
+    found = (f"{count:,} of {total:,} points are {_KINDS[n].format(values[n])}" for n in _KINDS if n in values and count)
+    return (*found, *([advice] if copies else []))

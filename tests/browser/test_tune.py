@@ -127,6 +127,17 @@ def test_a_slider_changes_the_result_alone(tuning: Any) -> None:
     assert float(size(tuning)) > 1.5 * float(mean)
 
 
+def test_warnings_on_the_change_of_shape_are_shown(tuning: Any) -> None:
+    """What a run would say of a result that shrank too much stands under the numbers, and goes with the next result."""
+    warning = tuning.locator("#numbers p", has_text="Warning: the shape's dimensions changed")
+    change(tuning, "iterations", "400")
+    tuning.wait_for_selector("body[data-measured='2']")
+    assert warning.count() == 1
+    change(tuning, "iterations", "1")
+    tuning.wait_for_selector("body[data-measured='3']")
+    assert warning.count() == 0
+
+
 def test_a_change_cancels_the_run_before(tuning: Any) -> None:
     """A run of many seconds is killed by the next change, whose result is shown."""
     change(tuning, "iterations", "100000")

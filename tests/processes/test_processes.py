@@ -122,6 +122,23 @@ def test_the_name_of_a_file_is_no_lack_of_memory(error: Exception) -> None:
     assert not is_lack_of_memory(error)
 
 
+@pytest.mark.parametrize(
+    ("words", "is_lack"),
+    [
+        ("Unable to open file: /scans/an out of memory test/bone.ply", False),
+        ('Error encountered while loading file:\n"my out of memory scan.ply"', False),
+        ("cannot identify image file '/scans/a bad_alloc or out of memory picture.png'", False),
+        ("out of memory while reading /scans/an out of memory test/bone.ply", True),
+        ("terminate called after throwing an instance of 'std::bad_alloc'", True),
+        ("/usr/lib/libscipy.so: failed to map segment from shared object", True),
+    ],
+)
+def test_names_with_blanks_are_no_lack_of_memory(words: str, is_lack: bool) -> None:
+    """The words of paths and of quoted files do not count; the same words beside them do."""
+    for kind in (RuntimeError, OSError):
+        assert isinstance(answer(lack, kind, words).error, MemoryError) == is_lack
+
+
 @pytest.mark.slow
 def test_a_lost_process_costs_a_retry() -> None:
     """One that was killed before its order is replaced; an order that kills each is given up."""

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import read_provenance, recorded_digest, sha256_of
-from pymeshfair.files.writing import StagedFile, stage_file
+from pymeshfair.files.writing import StagedFile, check_target, stage_file, undo_killed
 from pymeshfair.running.job import Job, RunResult
 from pymeshfair.running.supervise import run_job
+from tests.meshes import icosphere
+from tests.tiles.tiling import write_mesh
 
 from .runs import BONE, SMOOTH, names_in, recipe_of
 from .test_supervise import slowness
@@ -89,7 +92,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r})), also=report)
 
 def report(result: RunResult) -> list[StagedFile]:
     """The report of a run, which is in the folder of the output."""
-    target = Path(result.provenance).parents[2] / "report.html"
+    target = Path(result.provenance).parents[1] / "report.html"
     return [stage_file(result.output.with_name(target.name), target, b"a page")]
 
 
@@ -114,3 +117,97 @@ def test_a_run_that_was_killed_between_its_files_can_begin_again(tmp_path: Path,
     record = read_provenance(job.output)
     assert record is not None
     assert recorded_digest(record, job.output) == sha256_of(job.output)
+
+
+#: a run with a map and a report, which ends itself and its worker at the start of rename number `count`
+KILLED_WITH_WORKER = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from tests.running.runs import SMOOTH, recipe_of
+from tests.running.test_janitor import report
+from tests.tiles.tiling import children_of
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+
+replace, count = Path.replace, {count}
+
+def counted(self, target):
+    global count
+    count -= (self.parent.name == "new" or self.name == "provenance.json") and target.parent.name == {folder!r}
+    if count == 0:
+        for process in (*children_of(os.getpid()), os.getpid()):
+            os.kill(process, signal.SIGKILL)
+    return replace(self, target)
+
+Path.replace = counted
+folder = Path({path!r})
+run_job(Job(recipe_of(SMOOTH), folder / "scan.ply", folder / "clean.ply", map=folder / "map.ply"), also=report)
+"""
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """The files of a folder that are not hidden, with what is in them."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize("former", ["none", "same bytes", "other bytes"])
+def test_a_run_that_was_killed_with_its_worker_can_begin_again(tmp_path: Path, former: str, count: int) -> None:
+    """Whatever was in place, the next check puts the former files back, and the same command ends without a question."""
+    write_mesh(tmp_path / "scan.ply", *icosphere(1))
+    job = Job(recipe_of(SMOOTH), tmp_path / "scan.ply", tmp_path / "clean.ply", map=tmp_path / "map.ply")
+    if former != "none":
+        run_job(job)
+    if former == "other bytes":
+        write_mesh(tmp_path / "scan.ply", *icosphere(2))
+    before = files_of(tmp_path)
+    texts = {"tests": str(Path(__file__).parents[2]), "path": str(tmp_path), "folder": tmp_path.name, "count": count}
+    done = subprocess.run([sys.executable, "-c", KILLED_WITH_WORKER.format(**texts)], capture_output=True, text=True)
+    assert done.returncode == -9, done.stderr
+    assert undo_killed(tmp_path)
+    assert files_of(tmp_path) == before
+    run_job(job, also=report)
+    record = read_provenance(job.output)
+    assert record is not None
+    assert recorded_digest(record, job.output) == sha256_of(job.output)
+
+
+#: places three files, one of which is outdated, and ends itself at the start of rename number `count`
+PLACING = """
+import os, signal, sys
+from pathlib import Path
+from pymeshfair.files import writing
+
+replace, count, folder = Path.replace, int(sys.argv[2]), Path(sys.argv[1])
+
+def counted(self, target):
+    global count
+    count -= self.parent.name == "new"
+    if count == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return replace(self, target)
+
+Path.replace = counted
+with writing.staging_folder(folder / "a") as stage:
+    files = [writing.stage_file(stage / "new" / name, folder / name, b"new " + name.encode()) for name in "abc"]
+    writing.place(files, stage, outdated=[folder / "old", folder / "gone"])
+"""
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_files_of_a_killed_process_are_put_back(tmp_path: Path, count: int) -> None:
+    """New files go, replaced and outdated ones come back, and what another program has put there since stays."""
+    before = {"a": b"former a", "c": b"former c", "old": b"outdated"}
+    for name, data in before.items():
+        (tmp_path / name).write_bytes(data)
+    done = subprocess.run([sys.executable, "-c", PLACING, str(tmp_path), str(count)], capture_output=True, text=True)
+    assert done.returncode == -9, done.stderr
+    assert not (tmp_path / "old").exists()
+    (tmp_path / "c").unlink()
+    (tmp_path / "c").write_bytes(b"of another program")
+    with pytest.raises(OutputError, match="it exists"):
+        check_target(tmp_path / "c", ("",), overwrite=False)
+    assert files_of(tmp_path) == {**before, "c": b"of another program"}
+    assert not undo_killed(tmp_path)

@@ -308,6 +308,16 @@ def test_an_input_that_crashes_meshlab(tmp_path: Path) -> None:
     assert names_in(tmp_path) == {"bad.qobj"}
 
 
+@pytest.mark.parametrize("name", ["an out of memory scan.3ds", "an out of memory test/scan.3ds"])
+def test_a_damaged_file_is_no_lack_of_memory_whatever_its_name(name: str, tmp_path: Path) -> None:
+    """MeshLab's error names the file; words of the name are not read as the reason."""
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(b"no mesh")
+    with pytest.raises(InputError, match="MeshLab says: "):
+        run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path, unchecked=True))
+
+
 def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
     """A PLY file of 250 bytes that declares ten million vertices is refused within 2 s and 300 MB."""
     path = tmp_path / "bomb.ply"

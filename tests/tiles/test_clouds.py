@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
@@ -19,7 +20,9 @@ from pymeshfair.errors import FilterInputError
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_write import write_ply
-from pymeshfair.filters.outliers import local_outlier_probability, stray_points, surplus_points
+from pymeshfair.filters.outliers import found_words, local_outlier_probability, stray_points, surplus_points
+from pymeshfair.mesh_data import MeshData, View
+from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cells import divide
 from pymeshfair.tiles.cloud import Cloud, do_step, write_cloud
@@ -150,6 +153,28 @@ def test_tiles_find_the_same_stray_points(make: Any, k: int, most: int, cell: in
     _, kept, values = by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, order=seed)
     np.testing.assert_array_equal(kept, np.flatnonzero(~stray))
     assert values == {"selected_vertices": np.count_nonzero(stray)}
+
+
+@pytest.mark.parametrize("most", [50, 10_000])
+def test_copies_among_stray_points_are_counted_as_in_one_piece(most: int, tmp_path: Path) -> None:
+    """The note on copies has the number of one piece, whichever tiles the copies are in, with 0 and -0 at one place."""
+    random = np.random.default_rng(6)
+    clumps = np.repeat(random.uniform(5, 9, (6, 3)), 40, axis=0)
+    clumps[:40] = np.where(np.arange(120).reshape(40, 3) % 2, 0.0, -0.0)
+    clumps[:40, 2] = 20.0
+    points = random.permutation(np.concatenate([uneven(2), clumps]))
+    step = strays(1, 12, 1.5, 100)
+    layer = View(MeshData(vertices=points), lambda number: MeshData(vertices=points))
+    function = find_filter(step.filter).function
+    assert function is not None
+    edit = function(layer, **step.values)
+    cloud = Cloud(PlyFile(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
+    for deletes in (False, True):
+        selection = replace(step, step=1 + deletes, deletes=deletes)
+        known = do_step(cloud, selection, cast("Tasks", tiling.Here()), 10**6, progress=lambda share: None, most=most)[2]
+        count = edit.values["selected_vertices"]
+        assert found_words(count, len(points), step.values, known["copies"]) == edit.notes
+    assert edit.notes[1].startswith(f"{6 * 40 - 6:,} of them are copies of others")
 
 
 def test_fewer_points_in_a_tile_than_neighbours() -> None:

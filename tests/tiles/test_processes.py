@@ -254,14 +254,44 @@ def test_clean_point_cloud_by_tiles_keeps_the_points_of_one_piece(tmp_path: Path
     assert np.mean(agree > 1 - 1e-9) > 0.9
 
 
-def test_normals_of_a_mesh_follow_its_vertices(tmp_path: Path) -> None:
-    """A mesh whose file has vertex normals gets by tiles those of the moved surface: the file is that of a run in one piece."""
+def test_messages_and_values_of_steps_are_those_of_one_piece(tmp_path: Path) -> None:
+    """By tiles the record of each step has what it has in one piece, except drift, which needs the whole mesh."""
+    points = uneven(5)
+    copies = np.repeat(np.add(points.max(axis=0), [[5.0, 0, 0], [0, 9.0, 0]]), 30, axis=0)
+    cloud = write_cloud(tmp_path / "cloud.ply", np.concatenate([points, points[:50], copies]))
+    vertices, faces = icosphere(3)
+    mesh = write_mesh(tmp_path / "mesh.ply", vertices + np.random.default_rng(1).normal(scale=0.02, size=vertices.shape), faces)
+    stray: Given = ("compute_selection_by_stray_points_per_vertex", {})
+    delete: Given = ("meshing_remove_selected_vertices", {})
+    fixed: Given = ("apply_coord_normal_filtering", {"choice": "fixed", "outer_iterations": 2})
+    chosen: Given = ("apply_coord_normal_filtering", {})
+    smooth: Given = ("apply_coord_taubin_smoothing", {"stepsmoothnum": 3})
+    for scan, steps in (
+        (cloud, [stray, delete, ("meshing_remove_duplicate_vertices", {}), stray, delete]),
+        (mesh, [fixed, chosen, smooth]),
+    ):
+        whole = run_job(Job(recipe_of(*steps), scan, tmp_path / "whole.ply", overwrite=True))
+        tiled = run_by_tiles(Job(recipe_of(*steps), scan, tmp_path / "tiled.ply", overwrite=True), most=150)
+        for by_tiles, one in zip(tiled.steps, whole.steps, strict=True):
+            assert by_tiles.messages == one.messages
+            assert {n: v for n, v in by_tiles.values.items() if n != "removed_vertices"} == {
+                n: v for n, v in one.values.items() if n != "drift"
+            }
+
+
+@pytest.mark.parametrize("iterations", [0, 5])
+def test_normals_of_a_mesh_follow_its_vertices(iterations: int, tmp_path: Path) -> None:
+    """A mesh whose file has vertex normals gets by tiles those of the moved surface: the file is that of a run in one piece.
+
+    Vertices of no face keep their normals, and where nothing moves all vertices keep theirs.
+    """
     vertices, faces = icosphere(3)
     rough = vertices + np.random.default_rng(2).normal(scale=0.02, size=vertices.shape)
+    rough, vertices = (np.concatenate([points, points[:2] / 2]) for points in (rough, vertices))
     mesh = MeshData(vertices=rough, faces=faces, vertex_attributes={"normals": vertices}, keeps_normals=True)
     with (tmp_path / "scan.ply").open("xb") as file:
         write_ply(mesh, file)
-    step = '<filter name="Taubin Fairing"><Param type="RichInt" name="iterations" value="5"/></filter>'
+    step = f'<filter name="Taubin Fairing"><Param type="RichInt" name="iterations" value="{iterations}"/></filter>'
     (tmp_path / "fair.mlx").write_text(f"<!DOCTYPE FilterScript>\n<FilterScript>{step}</FilterScript>")
     for name, options in (("whole.ply", ()), ("tiled.ply", ("--tiles",))):
         done = invoke("run", tmp_path / "fair.mlx", tmp_path / "scan.ply", "-o", tmp_path / name, *options)

@@ -18,13 +18,17 @@ from websockets.http11 import Request
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.outputs import Writing
+from pymeshfair.files.ply_write import write_ply
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.mesh_data import MeshData
-from pymeshfair.recipe import load_recipe, shipped_recipes
+from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
+from pymeshfair.registry import find_filter
 from pymeshfair.running.job import Job
 from pymeshfair.running.read import read_mesh
+from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.changing import override
 from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import format_script
 from pymeshfair.tuning.bench import STOP, Bench, Scan, Stopped, Workshop, part_of, prepared_scan
 from pymeshfair.tuning.server import ChoiceError, Conversation, controls, in_mesh_units, is_allowed, saved_comment, script_with
@@ -213,6 +217,26 @@ def test_what_was_changed_on_the_page_gives_the_warnings_of_a_run(tmp_path: Path
         job = Job(recipe, scan.path, tmp_path / size / "result.ply", overrides=overrides)
         warned.append([text for text in bench.run(job, tmp_path / size)[0]["warnings"] if "denoise" in text])
     assert [len(texts) for texts in warned] == [1, 0]
+
+
+def test_the_page_has_the_warnings_of_a_run(tmp_path: Path) -> None:
+    """Warnings on the change of shape, on lost contents and on the steps are those of `pymeshfair run`, in the same words."""
+    vertices, faces = icosphere(4)
+    bumpy = vertices * (1.0 + 0.03 * np.sin(14.0 * vertices[:, :1]) * np.sin(14.0 * vertices[:, 1:2]))
+    colors = np.full((len(vertices), 4), 200, np.uint8)
+    with (tmp_path / "scan.ply").open("xb") as file:
+        write_ply(MeshData(vertices=bumpy, faces=faces, vertex_attributes={"colors": colors}), file)
+    smooth = Step(find_filter("apply_coord_explicit_smoothing"), {"iterations": 40})
+    remesh = Step(find_filter("meshing_isotropic_explicit_remeshing"), {"iterations": 1})
+    comment = "Smooth\n\nTask: smooth"
+    for name, steps in (("smoothed", (smooth,)), ("remeshed", (smooth, remesh))):
+        job = Job(Recipe(name, Script(steps, comment)), tmp_path / "scan.ply", tmp_path / f"{name}.ply")
+        stage = tmp_path / name
+        (stage / "new").mkdir(parents=True)
+        bench = Bench(job.input, None)
+        warnings = [*bench.run(job, stage)[0]["warnings"], *bench.measure(stage)[0]["warnings"]]
+        assert sorted(warnings) == sorted(run_job(job).warnings)
+        assert any("of the relief apart from noise is gone" in text for text in warnings) == (name == "smoothed")
 
 
 @dataclass

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.geometry import unit_vectors, vertex_normals_by_angle
-from ..filters.mesh import Floats, Ints, Longs
+from ..filters.mesh import Floats, Ints, Longs, mask_of
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import source_ids
 from .errors import ContentsError, InputError
@@ -329,7 +329,8 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     """Returns the normals of vertices, and the index of the normal of each triangle corner.
 
     As in MeshLab, vertices have normals if the file has as many normals as vertices. Without faces they are in the order of the
-    vertices; with faces a vertex has the normal of its last corner, or 0 if it is in no face.
+    vertices; with faces a vertex has the normal of its last corner. A vertex of no face has 0, or the normal of its number if all
+    corners have the normals of their vertices' numbers.
     """
     of_corners = indices[:, :, 2]
     if not len(normals):
@@ -341,6 +342,8 @@ def _normals(count: int, normals: Floats, indices: Longs, notes: dict[str, None]
     if not len(indices):
         return normals, None
     of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
+    if (of_corners == indices[:, :, 0]).all():
+        return normals, of_corners
     vertex_normals = np.zeros((count, 3))
     vertex_normals[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
     if not np.array_equal(vertex_normals[indices[:, :, 0]], normals[of_corners], equal_nan=True):
@@ -416,6 +419,13 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         target.write(text)
         return ()
     notes = [f"contents that cannot be rewritten are left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    if of_corners is not None and mesh.keeps_normals and not np.array_equal(of_corners, mesh.faces):
+        own = mesh.vertex_normals
+        if number := int(own[~mask_of(mesh.faces, len(own))].any(axis=1).sum()):
+            if (of_corners >= 0).all() and np.array_equal(normals[of_corners], own[mesh.faces], equal_nan=True):
+                normals, of_corners = own, mesh.faces.astype(np.int64)
+            else:
+                notes.append(f"normals of vertices that no face uses ({number:,}) are left out")
     states, texts = _states_to_write(mesh, document, writing, notes)
     if writing.materials:
         target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
@@ -424,6 +434,9 @@ def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         columns += [_SHARES[level] for level in colors.T[:3]]
     target.writelines(rows("v" + " %r" * len(columns), columns))
     pairs, of_wedges = _texture_coordinates(mesh)
+    is_of_vertices = of_wedges is not None and "wedge_texture_coordinates" not in mesh.face_attributes
+    if is_of_vertices and (number := int((~mask_of(mesh.faces, len(mesh.vertices))).sum())):
+        notes.append(f"texture coordinates of vertices that no face uses ({number:,}) are left out")
     for keyword, table in (("vt", pairs), ("vn", normals)):
         target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
     if len(mesh.faces):
@@ -506,7 +519,8 @@ def _line_normals(document: ObjDocument, normals: Floats, of_corners: Longs | No
     """Returns the new normals of the ``vn`` lines; None if a line would need several, or a corner lacks a line."""
     if of_corners is None or document.corner_normals is None:  # a cloud, or no corner has a normal
         return normals if len(normals) == len(document.normals) else document.normals
-    if normals is document.normals:
+    is_numbered_alike = len(normals) == len(document.normals) and np.array_equal(of_corners, document.corner_normals)
+    if normals is document.normals or is_numbered_alike:
         return normals
     pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
     line, normal = pairs[numbered(pairs)[0]].T

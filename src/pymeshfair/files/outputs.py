@@ -18,7 +18,7 @@ from ..mesh_data import MeshData, Texture
 from .errors import ContentsError, OutputError
 from .formats import MISSING_LASPY, WRITABLE, Format, attributes_of, extension, load_function
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
-from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk
+from .writing import OVERWRITE, StagedFile, check_kind, check_place, stage_file, to_disk, undo_killed
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,10 @@ class MadeFrom:
 
 
 def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_folder: bool = False) -> None:
-    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources."""
+    """Refuses an output that cannot be written; without `overwrite` also a file that was changed or has other sources.
+
+    If a run was killed while it put its files in place, the former files are restored first.
+    """
     check_kind(output, tuple(WRITABLE))
     if output.name.lower().endswith(".copc.laz"):
         raise OutputError(output, "COPC files are read and not written; name the output .laz")
@@ -58,7 +61,12 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, makes_fo
         return
     if output in existing and output.samefile(made_from.input):
         raise OutputError(output, f"it is the input; {OVERWRITE}")
-    _check_former(existing, read_provenance(output), made_from)
+    try:
+        _check_former(existing, read_provenance(output), made_from)
+    except OutputError:
+        if not undo_killed(output.parent):
+            raise
+        check_output(output, made_from, overwrite=overwrite, makes_folder=makes_folder)
 
 
 def check_maps(maps: Sequence[Path], output: Path, made_from: MadeFrom, *, overwrite: bool) -> None:
@@ -184,6 +192,8 @@ def save_mesh(
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
     present = attributes_of(mesh)
+    if "faces" not in kind.holds and mesh.writes_normals:  # a cloud has no faces to compute them from
+        mesh = mesh.with_attributes({"normals": mesh.vertex_normals})
     if not len(mesh.faces) and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, which the format cannot hold; .ply and .obj keep them")
     if lost := kind.lost(present):

@@ -157,12 +157,14 @@ class Assembly:
         what: str,
         of_corners: Mapping[str, Array],
         of_polygons: Mapping[str, Array | None],
+        of_vertices: Mapping[str, Array] | None = None,
     ) -> MeshData:
         """Makes a part from polygons, which are given as for `triangulated`; adds to `lost` what a mesh cannot hold.
 
         `of_corners` has ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); NaN
         means no value. Normals and colours that agree at the corners of each vertex go to vertices; other colours go to faces if
         they agree in each face. `of_polygons` has (p, ...) values; if each ``texture`` is -1, texture coordinates are left out.
+        `of_vertices` has (n, ...) values for vertices of no face, as in `of_corners`.
         """
         check_range(corners, 0, len(vertices), what)
         if (lengths < 3).any():
@@ -183,10 +185,12 @@ class Assembly:
                 face[name] = np.nan_to_num(values[places])
                 continue
             has_value = ~np.isnan(values).any(axis=1)
-            of_vertices = np.full((len(vertices), values.shape[1]), np.nan)
-            of_vertices[corners[has_value]] = values[has_value]
-            if (of_vertices[corners[has_value]] == values[has_value]).all():
-                vertex[name] = levels(of_vertices) if name == "colors" else np.nan_to_num(of_vertices)
+            at_vertices = np.full((len(vertices), values.shape[1]), np.nan)
+            if of_vertices is not None and name in of_vertices:
+                at_vertices[:] = of_vertices[name]
+            at_vertices[corners[has_value]] = values[has_value]
+            if (at_vertices[corners[has_value]] == values[has_value]).all():
+                vertex[name] = levels(at_vertices) if name == "colors" else np.nan_to_num(at_vertices)
             elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
                 face["colors"] = all_levels[:, 0]
             else:

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..filters.mesh import Floats
+from ..filters.mesh import Floats, mask_of
 from ..mesh_data import MeshData
 from ..mesh_data.mesh_data import Array
 from .errors import ContentsError
@@ -273,7 +273,10 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     if not len(mesh.faces):
         raise ContentsError("the format holds only triangles, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
-    notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
+    notes = ["the colours of faces are left out, since vertices have colours"] if vertex is not None and face is not None else []
+    loose = ~mask_of(mesh.faces, len(mesh.vertices))
+    if vertex is not None and (count := int((vertex[loose] != 255).any(axis=1).sum())):
+        notes.append(f"colours of vertices that no face uses ({count:,}) are left out")
     group, properties, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
     if (levels_of := vertex if vertex is not None else face) is not None:
         shades, shade_of_element = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
@@ -293,4 +296,4 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     with zipfile.ZipFile(target, "w") as archive:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
             archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # dated 1980, so bytes do not change with time
-    return notes
+    return tuple(notes)

@@ -307,6 +307,7 @@ def _polygon_part(
     """Makes a mesh of polygons, or of the triangles of strips and fans: `chosen` has their corners as indices into `corners`."""
     of_corners: dict[str, Any] = {}
     of_polygons: dict[str, Any] = {}
+    of_vertices: dict[str, Any] = {}
     for types, attribute, field_name, per_vertex in _ATTRIBUTES:
         if (node := geometry.part(*types)) is None:
             continue
@@ -318,6 +319,8 @@ def _polygon_part(
                 raise ContentsError(f"the {field_name} of a {geometry.type} of it does not fit its faces")
         else:
             chosen_values = np.arange(len(lengths)) if of_faces else corners
+            if not of_faces and len(values) >= len(points):
+                of_vertices[attribute] = values[: len(points)]
         needed = max(len(lengths) - len(chosen_values) + len(values) if of_faces else 0, int(chosen_values.max(initial=-1)) + 1)
         if len(values) < needed:
             raise ContentsError(f"a {node.type} of it has {len(values):,} values, but its faces take {needed:,}")
@@ -329,7 +332,7 @@ def _polygon_part(
             assembly.lost["normals of faces"] = None
     if chosen is not None:
         corners, lengths = corners[chosen.ravel()], np.full(len(chosen), 3)
-    return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons)
+    return assembly.polygons(points, corners, lengths, what, of_corners, of_polygons, of_vertices)
 
 
 def _face_set(geometry: _Node, assembly: Assembly) -> MeshData:

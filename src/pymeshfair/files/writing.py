@@ -9,6 +9,7 @@ The folder of a run by tiles may hold hours of work, so only a run by tiles to t
 
 import contextlib
 import hashlib
+import json
 import os
 import secrets
 import shutil
@@ -34,6 +35,7 @@ _KINDS = (
 #: name prefixes of lock files, of staging folders and of folders of runs by tiles; name suffix of a folder under removal
 _LOCK_PREFIX, STAGE_PREFIX, WORK_PREFIX, _GONE = ".pymeshfair-lock-", ".pymeshfair-run-", ".pymeshfair-tiles-", "-gone"
 _LOCK = "lock"  # the lock file in a staging folder, and in the folder of a run by tiles
+_MOVES = "moves"  # the list of moves in a staging folder
 _GRACE = 3600.0  # seconds until a folder without a lock file counts as abandoned; before, it may be in creation or removal
 
 
@@ -69,7 +71,7 @@ def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None
 
 
 def _check_free(path: Path, *, overwrite: bool) -> None:
-    if check_place(path) and not overwrite:
+    if check_place(path) and not overwrite and not (undo_killed(path.parent) and not check_place(path)):
         raise OutputError(path, f"it exists; {OVERWRITE}")
 
 
@@ -151,7 +153,8 @@ def in_use(folder: Path) -> Iterator[None]:
 
 
 def remove_folder(folder: Path) -> None:
-    """Removes a staging folder, even while another process still adds files to it."""
+    """Removes a staging folder, even while another process still adds files to it; first undoes moves that did not end."""
+    undo(folder)
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     with contextlib.suppress(OSError):
         folder.replace(gone)
@@ -240,7 +243,7 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
 
     A rename works only within a file system, so files for another folder first move to a staging folder there.
     """
-    done: list[tuple[Path, Path | None]] = []
+    moves: list[tuple[str, str | None, int | None]] = []  # see `undo`
     stages, target = {stage.parent: stage}, files[0].target if files else stage
     with contextlib.ExitStack() as opened:
         try:
@@ -256,30 +259,57 @@ def place(files: Sequence[StagedFile], stage: Path, *, outdated: Sequence[Path] 
                     this_system().flush(near)
                 ready.append((near, target, stages[folder] / "old" / str(number)))
             for number, path in enumerate(outdated):
-                done.append((path, _kept(path, stages.get(path.parent, stage) / "old" / f"outdated-{number}")))
+                moves.append((str(path), _kept(path, stages.get(path.parent, stage) / "old" / f"outdated-{number}"), None))
+            moves += [(str(target), _kept(target, backup), near.lstat().st_ino) for near, target, backup in ready]
+            _write_whole(stage / _MOVES, json.dumps(moves).encode())
+            for path in outdated:
                 path.unlink(missing_ok=True)
-            for near, target, backup in ready:
-                done.append((target, _kept(target, backup)))
+            for near, target, _ in ready:
                 near.replace(target)
             for folder in stages:
                 this_system().flush(folder)
+            (stage / _MOVES).unlink()
         except BaseException as error:
-            for path, former in reversed(done):
-                with contextlib.suppress(OSError):
-                    if former is None:
-                        path.unlink(missing_ok=True)
-                    else:
-                        former.replace(path)
+            undo(stage)
             if isinstance(error, OSError):
                 raise OutputError(target, f"cannot put it in place: {reason_of(error)}") from error
             raise
 
 
-def _kept(target: Path, backup: Path) -> Path | None:
+def undo(stage: Path) -> bool:
+    """Restores the files as they were before a `place` that did not end; returns whether there was one.
+
+    The staging folder lists the moves of `place`: target, copy of the former file if there was one, and the number of the new
+    file (inode), None for an outdated file. What another program has put there since stays.
+    """
+    try:
+        moves = json.loads((stage / _MOVES).read_bytes())
+    except (OSError, ValueError):
+        return False
+    for name, backup, number in reversed(moves):
+        target = Path(name)
+        with contextlib.suppress(OSError):
+            if (target.lstat().st_ino if os.path.lexists(target) else None) != number:
+                continue
+            if backup is not None:
+                Path(backup).replace(target)
+            else:
+                target.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        (stage / _MOVES).unlink()
+    return True
+
+
+def undo_killed(parent: Path) -> bool:
+    """Undoes the moves of killed runs in a folder; returns whether there were any."""
+    return sum(map(undo, abandoned_folders(parent))) > 0  # all of them: `any` would end at the first
+
+
+def _kept(target: Path, backup: Path) -> str | None:
     if not os.path.lexists(target):
         return None
     try:
         os.link(target, backup, follow_symlinks=False)
     except (OSError, NotImplementedError):  # a file system without hard links
         shutil.copy2(target, backup, follow_symlinks=False)
-    return backup
+    return str(backup)

@@ -30,7 +30,9 @@ from ..operating_system import this_system
 
 _WORDS = "MemoryError|bad_alloc|out of memory|memory allocation|allocate memory|start new thread|map segment"
 #: how Python and the libraries say that memory ran out; not beside a slash or before an extension, as in "memoryerror.ply"
-LACK = re.compile(rf"(?<![/\\])({_WORDS})(?![/\\]|\.\w)", re.I)
+_LACK = re.compile(rf"(?<![/\\])({_WORDS})(?![/\\]|\.\w)", re.I)
+#: a quoted name with a slash or a dot, unlike 'std::bad_alloc'; a path from its first slash to its extension
+_FILE = re.compile(r"""(['"])[^'"\n]*[/\\.][^'"\n]*\1|[/\\].*?\.\w+""")
 #: the line on stderr after the last line of a task
 END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
@@ -78,11 +80,16 @@ def answer(task: Callable[..., Any], *arguments: Any) -> Answer:
     return Answer(result, error, details, f"{platform.node()} {os.getpid()}", this_system().peak_memory())
 
 
+def says_lack_of_memory(text: str) -> bool:
+    """Returns whether a text says that memory ran out; names of files in it do not count."""
+    return _LACK.search(_FILE.sub(" ", text)) is not None
+
+
 def is_lack_of_memory(error: BaseException | None) -> bool:
     """Returns whether an exception or its cause says that memory ran out."""
     text = str((isinstance(error, OSError) and error.strerror) or error)  # without the name of a file
-    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and LACK.search(text))
-    return error is not None and (bool(is_lack) or is_lack_of_memory(error.__cause__))
+    is_lack = isinstance(error, MemoryError) or (not isinstance(error, PymeshfairError) and says_lack_of_memory(text))
+    return error is not None and (is_lack or is_lack_of_memory(error.__cause__))
 
 
 def _sendable(error: Exception) -> Exception:
@@ -123,7 +130,7 @@ def serve(modules: Sequence[str]) -> None:
     """Carries out the orders on stdin; imports `modules` while it waits for the first order."""
     collect_seldom()
     orders, reports = _take_over_streams()
-    faulthandler.enable()
+    faulthandler.enable(2)  # not sys.stderr: a program that was forked may have replaced it
     _Channel.reports = reports
     inbox: SimpleQueue[Order] = SimpleQueue()
     threading.Thread(target=_receive, args=(orders, inbox), daemon=True).start()

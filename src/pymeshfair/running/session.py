@@ -33,7 +33,7 @@ from .document import Document, State
 from .guarding import PRINTABLE, breaches, print_faults, wall_words, wrap_words
 from .job import Compiling, Event, Job, Message, PhaseStarted, Report, StepFinished, StepProgress, StepReport, StepStarted, plain
 from .measuring import MeasuredMesh, measure
-from .shape_change import find_origins, shape_change, stage_map, warnings_of
+from .shape_change import Origins, ShapeChange, find_origins, shape_change, stage_map, warnings_of
 from .suitability import instead, traits_asked_for
 from .supervise import mark
 
@@ -52,6 +52,7 @@ class Outcome:
     result: MeshData  # the mesh after the steps, without a transformation matrix
     steps: tuple[StepReport, ...]
     traits: Mapping[str, Any]  # the traits of the scan that were measured for the recipe
+    mirrors: bool = False  # whether the matrix that was applied at the end mirrors
 
 
 class RunCache:
@@ -98,7 +99,7 @@ class Session:
         )
         self._number, self._last_progress = 0, 0.0  # both of the current step; the number is 0 between steps
         self._emptied = ""  # words that name the step that left no faces of a mesh, or no points of a cloud; empty if none did
-        self._notes, self._mirrors = list[str](), False  # `_mirrors`: whether the matrix that is applied at the end mirrors
+        self._notes = list[str]()
         self._unit: str | None = None
 
     def run(self) -> Report:
@@ -140,13 +141,14 @@ class Session:
         input_stays = document.current_id != input_id and input_id in document.ids
         if (count := len(document.ids)) > 1 + input_stays:
             self._lose([f"the recipe ends with {count} layers; only the current one, {result.label!r}, is written"])
+        mirrors = False
         if result.matrix is not None:
-            self._mirrors = len(result.faces) > 0 and np.linalg.det(result.matrix[:3, :3]) < 0.0
-            over = ", and turned the faces over, as it mirrors: Invert Faces Orientation turns them back" if self._mirrors else ""
+            mirrors = len(result.faces) > 0 and bool(np.linalg.det(result.matrix[:3, :3]) < 0.0)
+            over = ", and turned the faces over, as it mirrors: Invert Faces Orientation turns them back" if mirrors else ""
             self._warn(f"the layer's matrix was applied to its coordinates, as files do not hold it{over}")
         if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
-        return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits)
+        return Outcome(before, replace(result.without_matrix(), unit=result.unit or read.unit), steps, traits, mirrors)
 
     def _measured(self, read: MeshData) -> _Measured:
         before = self._measure(read, InputError(self._job.input, "it has coordinates that are not finite"))
@@ -250,18 +252,11 @@ class Session:
     def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
         job, before, steps = self._job, outcome.before, outcome.steps
         self._event(PhaseStarted("writing"))
-        self._lose([*self._removed_contents(before.mesh, outcome.result)])
-        self._warn(*_without_values(outcome.result))
+        self._lose([*removed_contents(job, outcome)])
+        self._warn(*without_values(outcome.result))
         after = self._measure(outcome.result, self._failed("the result has coordinates that are not finite"), before)
-        origins, change = find_origins(after.mesh, before.mesh), None
-        if before.measures is not None and after.measures is not None:
-            change = shape_change(origins, (before.measures, after.measures))
-            other_recipe = cache(lambda: instead(job.recipe, before))  # slow: it measures the scan
-            # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
-            keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
-            self._warn(*warnings_of(change, self._steps, other_recipe, keeps_relief=keeps_relief))
-            if not (self._mirrors or change.turned is None) and (before.measures.volume or 0) > 0 > (after.measures.volume or 0):
-                self._warn("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
+        origins, change, doubts = changed_shape(job, outcome, after)
+        self._warn(*doubts)
         if not origins.followed and (job.map is not None or replace(job.all_guards, require=())):
             self._warn("a step made a new mesh: distances of its vertices from the input are measured, not displacements")
         broken = breaches(job.all_guards, origins, change, before, after, self._unit)
@@ -308,14 +303,6 @@ class Session:
             self._event(Message(text, step=len(self._steps)))
         return notes
 
-    def _removed_contents(self, read: MeshData, result: MeshData) -> Iterator[str]:
-        removed = attributes_of(read) - attributes_of(result)
-        # A recipe that makes curves of a surface removes the surface's attributes on purpose.
-        if self._job.recipe.info.task != "curves" and (names := [a for a in ATTRIBUTES if a in removed]):
-            yield f"after the steps the mesh has no {' and no '.join(names)} any more"
-        if result.source is not read.source and read.source is not None and read.source.extras:
-            yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
-
     def _saved(self, after: MeasuredMesh, file_unit: str | None) -> tuple[dict[str, Any], tuple[StagedFile, ...]]:
         output = self._job.output
         names: dict[str, Any] = {"record": read_provenance(output), "own_texture_names": self._job.own_texture_names}
@@ -342,7 +329,34 @@ class Session:
             self._event(Message(text, "warning"))
 
 
-def _without_values(mesh: MeshData) -> Iterator[str]:
+def changed_shape(job: Job, outcome: Outcome, after: MeasuredMesh) -> tuple[Origins, ShapeChange | None, list[str]]:
+    """The origins of a result's elements, the change of shape (None without measures), and warnings about it."""
+    before, doubts = outcome.before, list[str]()
+    origins, change = find_origins(after.mesh, before.mesh), None
+    if before.measures is not None and after.measures is not None:
+        change = shape_change(origins, (before.measures, after.measures))
+        other_recipe = cache(lambda: instead(job.recipe, before))  # slow: it measures the scan
+        # No warning of lost relief if the user has set values of a smoothing recipe, such as its strength.
+        keeps_relief = job.recipe.info.task in (("denoise", "clean") if job.overrides else ("denoise", "clean", "smooth"))
+        doubts += warnings_of(change, job.recipe.script.steps, other_recipe, keeps_relief=keeps_relief)
+        if not (outcome.mirrors or change.turned is None) and (before.measures.volume or 0) > 0 > (after.measures.volume or 0):
+            doubts.append("the result is inside out, as after a matrix that mirrors: Invert Faces Orientation mends that")
+    return origins, change, doubts
+
+
+def removed_contents(job: Job, outcome: Outcome) -> Iterator[str]:
+    """Sentences on the contents of the scan that the result lacks."""
+    read, result = outcome.before.mesh, outcome.result
+    removed = attributes_of(read) - attributes_of(result)
+    # A recipe that makes curves of a surface removes the surface's attributes on purpose.
+    if job.recipe.info.task != "curves" and (names := [a for a in ATTRIBUTES if a in removed]):
+        yield f"after the steps the mesh has no {' and no '.join(names)} any more"
+    if result.source is not read.source and read.source is not None and read.source.extras:
+        yield f"a step made a new mesh, which lacks further contents of {read.label}: {'; '.join(read.source.extras)}"
+
+
+def without_values(mesh: MeshData) -> Iterator[str]:
+    """Sentences on the custom attributes that new elements lack."""
     if mesh.source is None:
         return
     of_file: Callable[[str], Mapping[str, Any]] = getattr(mesh.source.document, "custom", lambda element: {})

@@ -27,7 +27,7 @@ from ..files.provenance import formatted, provenance_path, read_provenance, reco
 from ..files.writing import StagedFile, clear_up, output_lock, place, remove_folder, stage_file, staging_folder
 from ..operating_system import this_system
 from ..processes.process import Items, LostProcessError, Pool, Process
-from ..processes.worker import LACK, DefectError, Order
+from ..processes.worker import DefectError, Order, says_lack_of_memory
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
@@ -210,7 +210,7 @@ class Watch:
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
         tail, limit = "\n".join(self._tail), self._job.memory_limit
-        if LACK.search(tail):
+        if says_lack_of_memory(tail):
             return OutOfMemory(self._place, limit)
         is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
         advice = "the file is probably damaged" if is_crash else ""

@@ -62,6 +62,10 @@ class Column:
         for first in range(0, len(self), size):
             yield self.read(first, first + size)
 
+    def total(self, size: int) -> int:
+        """Returns the sum of whole numbers, read `size` rows at a time."""
+        return sum(int(values.sum()) for values in self.slices(size))
+
     def write(self, first: int, values: NDArray[Any]) -> None:
         """Writes rows from `first` on. Rows that were never written are 0."""
         self.path.touch()

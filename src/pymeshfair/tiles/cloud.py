@@ -18,7 +18,7 @@ from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.polygons import numbered
 from ..filters import outliers
-from ..filters.execution import part_of
+from ..filters.execution import ignore_progress, part_of
 from ..filters.inspection.surface_measures import box_diagonal
 from ..filters.mesh import Bools, Floats, Longs
 from ..filters.neighbours import tree_scale
@@ -40,6 +40,18 @@ def mark_later(results: Results, buckets: Sequence[tuple[int, Bucket]]) -> None:
         later[firsts[count:] - count] = 0
         results.write(first, numbers, later)
         points = points[firsts]
+
+
+def mark_copies(
+    buckets: Sequence[Bucket], folder: Path, tasks: Tasks, progress: Callable[[float], None] = ignore_progress
+) -> tuple[Ranges, Results]:
+    """Does `mark_later` for all buckets; returns the tiles and the marks."""
+    tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
+    results = Results(Column(folder / "results", "u1"))
+    placed = zip([first for first, _ in tiles], buckets, strict=True)
+    groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
+    tasks.map(mark_later, groups, progress)
+    return tiles, results
 
 
 class OutlierTiles(PointTiles):
@@ -121,8 +133,13 @@ class Cloud:
 
         return divide(slices, count, folder, most=most)
 
-    def take(self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column) -> dict[str, Any]:
-        """Stores probabilities or normals, writes the mask of the points that stay to `target`; returns the filter's report."""
+    def take(
+        self, step: PlannedStep, results: Results, tiles: Ranges, size: int, target: Column, chosen: Column | None
+    ) -> dict[str, Any]:
+        """Stores probabilities or normals; returns the filter's report.
+
+        Writes the mask of the points that stay to `target`, and that of the selected points to `chosen` if it is given.
+        """
         point_results = replace(results.values, path=self.folder / "found")  # in the order of the points
         count, total, done = tiles[-1][1], len(self.source), 0
         for first, block in zip(range(0, count, size), results.in_order(tiles, size), strict=True):
@@ -149,6 +166,10 @@ class Cloud:
             if step.filter != POINT_NORMALS:
                 is_selected = values > step.values.get("threshold", 0)
                 selected += int(np.count_nonzero(is_selected))
+                if chosen is not None:
+                    selection = remaining.copy()
+                    selection[remaining] = is_selected
+                    chosen.write(first, selection)
                 remaining[remaining] = ~(is_selected & step.deletes)
                 target.write(first, remaining)
         point_results.path.unlink()
@@ -161,7 +182,10 @@ class Cloud:
 def do_step(
     cloud: Cloud, step: PlannedStep, tasks: Tasks, tile: int, *, progress: Callable[[float], None], most: int | None = None
 ) -> tuple[Cloud, dict[str, Any], dict[str, Any]]:
-    """Does a step with tiles of at most `most` points, or of `tile` bytes; returns the new cloud, report, and sizes before."""
+    """Does a step with tiles of at most `most` points, or of `tile` bytes; returns the new cloud, report, and sizes before.
+
+    The sizes include the resolved "lengths", and the number of stray points that are "copies" of other stray points.
+    """
     size = slice_rows(tile, cloud.source.row)
     count, low, high = tasks.run(cloud.survey, size)
     if step.neighbors >= count:
@@ -176,11 +200,7 @@ def do_step(
     buckets = tasks.run(cloud.divide, count, folder, points, size, *lengths.values())
     progress(0.1)
     if step.filter in (DUPLICATES, SURPLUS):
-        tiles = list(pairwise(accumulate((bucket.count for bucket in buckets), initial=0)))
-        results = Results(Column(folder / "results", "u1"))
-        placed = zip([first for first, _ in tiles], buckets, strict=True)
-        groups = [(results, tuple(group)) for _, group in groupby(placed, lambda placed_bucket: placed_bucket[1].path)]
-        tasks.map(mark_later, groups, part_of(progress, 0.1, 0.9))
+        tiles, results = mark_copies(buckets, folder, tasks, part_of(progress, 0.1, 0.9))
     else:
         cells = Cells.of(buckets, folder, tree_scale(float(max(high.max(), -low.min()))), tasks, part_of(progress, 0.1, 0.2))
         ranges = tasks.run(cells.tiles, points)
@@ -189,15 +209,22 @@ def do_step(
         work.do(tasks, ranges, size, part_of(progress, 0.2, 0.9))
         tiles, results = tasks.run(cells.slots_of_tiles, ranges), work.results
     replaces = step.filter == LOOP and tasks.run(cloud.has_scalars)
-    values = tasks.run(cloud.take, step, results, tiles, size, target)
+    copies = cloud.folder / f"copies-{step.step}"
+    chosen, copies_of_others = Column(copies / "chosen", "u1") if step.filter == STRAYS else None, 0
+    copies.mkdir(exist_ok=True)
+    values = tasks.run(cloud.take, step, results, tiles, size, target, chosen)
     if replaces:
         values["notes"] = (outliers.REPLACED_SCALARS,)
     shutil.rmtree(folder, ignore_errors=True)
+    if chosen is not None and values["selected_vertices"]:
+        buckets = tasks.run(replace(cloud, kept=chosen).divide, values["selected_vertices"], copies, points, size)
+        copies_of_others = tasks.run(mark_copies(buckets, copies, tasks)[1].values.total, size)
+    shutil.rmtree(copies, ignore_errors=True)
     progress(1.0)
     if step.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     sizes = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
-    sizes["lengths"] = lengths
+    sizes |= {"lengths": lengths, "copies": copies_of_others}
     return cloud if step.filter == POINT_NORMALS else replace(cloud, kept=target), values, sizes
 
 

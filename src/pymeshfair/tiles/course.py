@@ -41,7 +41,7 @@ from ..running.supervise import run_job
 from ..scripts.script import ScriptError
 from .cloud import Cloud, do_step, write_cloud
 from .mesh import MeshTiles, cut, do_move
-from .plan import NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows
+from .plan import DELETE, NORMALS, Budget, PlannedStep, budget, cloud_room, plan_of, slice_rows
 from .sources import CLOUD_FORMATS, E57Cloud, LasCloud, MeshFile, PlyFile, Source, open_cloud
 from .workers import Tasks, open_tasks, work_folder, work_path
 
@@ -127,7 +127,10 @@ class _TiledRun:
         for step in plan:
             with self._step(step.step) as (values, progress):
                 cloud, reported, sizes = do_step(cloud, step, self.tasks, tile, progress=progress, most=self.most)
-                found = found_words(reported.get("selected_vertices", 0), sizes["points"], {**step.values, **sizes["lengths"]})
+                set_values = {**step.values, **sizes["lengths"]}
+                found = found_words(reported.get("selected_vertices", 0), sizes["points"], set_values, sizes["copies"])
+                if removed := reported.get("removed_vertices"):
+                    found = (f"Removed {removed} duplicated vertices",)  # MeshLab's sentence
                 values |= reported | {"notes": (*found, *reported.get("notes", ())), "lengths": sizes["lengths"]}
             stages.append(sizes)
         self._report_skipped(len(self.job.recipe.script.steps) + 1)
@@ -175,8 +178,10 @@ class _TiledRun:
     def _report_skipped(self, number: int) -> None:
         """Reports steps before `number` without a `PlannedStep`: deletions after a selection, projections of 0 iterations."""
         for skipped in range(len(self.steps) + 1, number):
-            with self._step(skipped):
-                pass
+            with self._step(skipped) as (values, _):
+                is_deletion = self.job.recipe.script.steps[skipped - 1].filter.python_name == DELETE
+                if is_deletion and (deleted := self.steps[-1].values.get("selected_vertices")):
+                    values["notes"] = (f"Deleted {deleted} vertices, 0 faces.",)  # MeshLab's sentence
 
     @contextmanager
     def _step(self, number: int) -> Iterator[tuple[dict[str, Any], Callable[[float], None]]]:

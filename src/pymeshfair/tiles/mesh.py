@@ -212,8 +212,8 @@ class MeshTiles:
         away, i = whole.farthest(tile.vertices[rows], place)
         return away, int(tile.numbers[rows[i]]), tile.vertices[rows[i]]
 
-    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
-        """Returns all parameters of normal filtering, and notes; chooses automatic ones on patches, or on a whole small mesh."""
+    def choose(self, values: Mapping[str, Any], is_open: bool) -> tuple[dict[str, Any], dict[str, Any]]:
+        """As `plan.choose`, on patches of the mesh, or on a whole small mesh."""
         cells = self.surface.cells
         count, patches = len(cells.starts) - 1, max(1, _SAMPLE // (_PATCH * cells.cell))
         ranges = [(0, count)]
@@ -236,13 +236,17 @@ class MeshTiles:
         return Results(Column(self.surface.cells.folder / "final", "<f8", 6 if self.with_normals else 3))
 
     def finish(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Writes the tile's final coordinates, and normals if wanted; returns the corners of the bounding box."""
+        """Writes the tile's final coordinates, and normals if wanted; returns the corners of the bounding box.
+
+        The normal of a vertex of no face is NaN: the file's normal stays.
+        """
         cells = self.surface.cells
         begin, end = cells.slots_of(first, last)
         points = cells.points.read(begin, end)
         if self.with_normals:
             tile = tile_with_rings(self.surface, first, last, 1)
             normals = vertex_normals_by_angle(tile.vertices, tile.faces)
+            normals[~mask_of(tile.faces, len(normals))] = np.nan
             self.results.write(begin, tile.numbers[tile.inside], np.hstack([tile.vertices, normals])[tile.inside])
         else:
             self.results.write(begin, cells.numbers.read(begin, end), points)
@@ -383,14 +387,17 @@ def do_move(
         _, number, coordinates = max(found, key=lambda vertex: (vertex[0], -vertex[1]))
         raise whole.far_vertex(number, coordinates)
     if step.filter == NORMALS and filtering_of(values) is None:
-        chosen_values, notes = tasks.run(work.choose, values, is_open)
-        values, report = {**values, **chosen_values}, {**chosen_values, "notes": notes}
+        chosen_values, report = tasks.run(work.choose, values, is_open)
+        values = {**values, **chosen_values}
         progress = part_of(progress, 0.3, 1.0)
     filtering = filtering_of(values) if step.filter == NORMALS else None
     if filtering is None:
+        if step.is_builtin:
+            report = {"notes": (f"Smoothed {surface.cells.count} vertices",)}  # MeshLab's sentence
         tasks.map(work.move, [(step, whole, *tile) for tile in tiles], progress)
         tasks.run(surface.replace_column, surface.moved, surface.cells.points)
         return report
+    report = {**filtering.parameters, **report}
     filters = FilteringTiles(surface, filtering, whole, is_open)
     tasks.map(filters.remember, tiles)
     if filtering.relaxation:

@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..declaration import AUTO
@@ -24,7 +24,7 @@ SURPLUS = "compute_selection_by_grid_per_vertex"
 DUPLICATES = "meshing_remove_duplicate_vertices"
 POINT_NORMALS = "compute_normal_for_point_clouds"
 _ON_CLOUDS = (LOOP, STRAYS, SURPLUS, DUPLICATES, POINT_NORMALS)
-_DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
+DELETE, _PROJECTION = "meshing_remove_selected_vertices", "apply_coord_bilateral_projection_of_points"
 _CAN = (
     "By tiles a recipe may remove coincident points, select stray, outlying or surplus points of a cloud (Select Stray Points, "
     "LoOP, Select Surplus Points), delete the selected vertices, and compute normals for point sets; or move the vertices of a "
@@ -81,15 +81,15 @@ def plan_of(script: Script) -> list[PlannedStep]:
         name, values = step.filter.python_name, step.with_defaults().values
         planned = PlannedStep(number, name, values, deletes=name == DUPLICATES)
         is_cloud, last = bool(steps and steps[0].is_on_cloud), steps[-1] if steps else planned
-        if name == _DELETE and (is_cloud or not steps):
+        if name == DELETE and (is_cloud or not steps):
             if last.step != number - 1 or last.filter == POINT_NORMALS:
                 raise _refusal(script, number, "deletes selected vertices, but the step right before it selects none")
             steps[-1] = replace(last, deletes=True)
         elif is_cloud and name == _PROJECTION and values["iterations"] == 0:
             continue
-        elif name != _DELETE and (why := why_not(name, values)):
+        elif name != DELETE and (why := why_not(name, values)):
             raise _refusal(script, number, _WHY.get(name, why))
-        elif (steps and planned.is_on_cloud != is_cloud) or name == _DELETE:
+        elif (steps and planned.is_on_cloud != is_cloud) or name == DELETE:
             raise _refusal(script, number, "does not fit the steps before it: a recipe is for clouds alone or for meshes alone")
         else:
             steps.append(planned)
@@ -127,7 +127,7 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
 
 def _why_not_filtering(values: Mapping[str, Any]) -> str | None:
     filtering = filtering_of(values)
-    parameters = _set_values(values) if filtering is None else asdict(filtering.settings) | vars(filtering)
+    parameters = _set_values(values) if filtering is None else filtering.parameters
     bad = next((name for name, refused in _WHOLE.items() if parameters.get(name) in refused), None)
     return bad and f"has {bad} {parameters[bad]!r}, which needs the whole mesh"
 
@@ -145,6 +145,7 @@ class Filtering:
     relaxation: int  # pairs of Taubin's steps before the rounds
     relaxation_direction: denoising.RelaxationDirection  # the directions in which these steps may move vertices
     border: Any  # the rule for border vertices
+    parameters: Mapping[str, Any]  # all of these but `border`, by name
 
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
@@ -152,16 +153,19 @@ def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     parameters = denoising.parameters_without_mesh(_set_values(values), values["choice"])
     if parameters is None:
         return None
-    normal_settings = {f.name: parameters.pop(f.name) for f in fields(denoising.NormalFilter) if f.name in parameters}
-    return Filtering(denoising.NormalFilter(**normal_settings), border=values["border"], **parameters)
+    settings = denoising.NormalFilter(
+        **{f.name: parameters[f.name] for f in fields(denoising.NormalFilter) if f.name in parameters}
+    )
+    others = {f.name: parameters[f.name] for f in fields(Filtering) if f.name in parameters}
+    return Filtering(settings, border=values["border"], parameters=parameters, **others)
 
 
 def _set_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {n: v for n, v in values.items() if n not in ("choice", "compare", "border", "selected") and v != AUTO}
 
 
-def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open: bool) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Returns all parameters, and notes; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
+def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open: bool) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns all parameters, and a report; chooses the automatic ones on a sample of the mesh, as a run in one piece does."""
     set_values, choice, border = _set_values(values), values["choice"], values["border"]
     parameters, made = denoising.parameters_for_mesh(vertices, faces, set_values, choice, border=border)
     if why := _why_not_filtering({**values, **parameters}):
@@ -169,7 +173,8 @@ def choose(values: Mapping[str, Any], vertices: Floats, faces: Ints, *, is_open:
         raise FilterInputError(
             f"the best setting for this mesh {why}: run it in one piece, or set {name} to 'keep' and leave all else 'auto'"
         )
-    return parameters, denoising.notes_of_choice(made, parameters, is_open=is_open)
+    notes = denoising.notes_of_choice(made, parameters, is_open=is_open)
+    return parameters, {**denoising.findings_of_choice(made), "notes": notes}
 
 
 def cost_of(step: PlannedStep) -> tuple[int, int]:
@@ -253,9 +258,9 @@ def cloud_room(count: int, row: int, plan: Sequence[PlannedStep]) -> int:
     """Returns the bytes on the disk for the temporary files of a cloud and the output.
 
     In bytes for each point: cells take 32. LoOP with k neighbours adds 24 for distances and factors, 17 for the probability and
-    the mask, and 2 + k for the neighbours in other tiles, which an eighth of the points has. Stray points add 62 + 8 k, normals
+    the mask, and 2 + k for the neighbours in other tiles, which an eighth of the points has. Stray points add 63 + 8 k, normals
     122 + 8 k. For LoOP with 20 neighbours 84 to 87 bytes a point were measured.
     """
-    each = {LOOP: (75, 1), STRAYS: (94, 8), POINT_NORMALS: (154, 8)}
+    each = {LOOP: (75, 1), STRAYS: (95, 8), POINT_NORMALS: (154, 8)}
     steps = [each[s.filter][0] + each[s.filter][1] * s.neighbors for s in plan if s.filter in each]
     return count * max(64, row + (65 if any(s.filter == POINT_NORMALS for s in plan) else 17), *steps)

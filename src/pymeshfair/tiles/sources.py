@@ -170,13 +170,19 @@ class MeshFile(PlyFile):
             yield rows[name].astype(np.int64)
 
     def write_points(self, results: Results, tiles: Ranges, target: Path, size: int) -> None:
-        """Writes the mesh with new coordinates in double precision, and with new normals if the results have them."""
+        """Writes the mesh with new coordinates in double precision, and with the results' normals that are not NaN.
+
+        If no vertex has moved, all normals stay, as in one piece.
+        """
         names = (*PLACE, *self.names["normals"])[: results.values.width]
         properties = self.vertices.element.properties
         other = tuple(replace(p, type="double") if p.name in PLACE else p for p in properties)
         elements = [replace(e, properties=other) if e.name == "vertex" else e for e in self.header.elements]
+        points_and_results = zip(self.points(size), results.in_order(tiles, size), strict=True)
+        moved = any((points != block[:, :3]).any() for points, block in points_and_results)
         vertices = (
-            {p.name: rows[p.name] for p in properties} | dict(zip(names, block.T, strict=True))
+            {p.name: rows[p.name] for p in properties}
+            | {n: np.where(np.isnan(new) | (not moved), rows[n], new) for n, new in zip(names, block.T, strict=True)}
             for rows, block in zip(self.vertices.slices(size), results.in_order(tiles, size), strict=True)
         )
         self.rewrite(target, elements, vertices, size)

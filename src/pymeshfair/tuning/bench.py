@@ -29,7 +29,7 @@ from ..report.scene import Shown, least_box, pack_scene, shown_mesh
 from ..running.job import Event, Job, PhaseStarted, StepProgress, StepStarted
 from ..running.measuring import measure
 from ..running.read import ReadMesh, read_mesh
-from ..running.session import RunCache, Session
+from ..running.session import Outcome, RunCache, Session, changed_shape, removed_contents, without_values
 from ..running.supervise import MODULES, parse_talk
 
 #: the largest number of vertices of a scan that is used whole; the approximate number of vertices in the part of a larger scan
@@ -89,7 +89,7 @@ class Bench:
         self._scan = self._drawable("scan", self._before.mesh)
         centre, half = least_box([self._scan])
         self._box = centre, _ROOM * half
-        self._result: tuple[MeshData, Shown] | None = None
+        self._result: tuple[Job, Outcome, Shown] | None = None
         self._earlier = RunCache()
 
     def opening(self) -> Result:
@@ -99,24 +99,28 @@ class Bench:
         """Carries out the steps of a job; returns warnings, the trials of automatic parameters, and the mesh."""
         session = Session(job, stage, stoppable((stage / STOP).exists, report))
         outcome = session.carry_out(self._before.mesh, earlier=self._earlier)
-        self._result = outcome.result, self._drawable("result", outcome.result)
+        self._result = job, outcome, self._drawable("result", outcome.result)
         tried = [step.values.get("tried", []) for step in outcome.steps]
         self._unit, doubts = job.unit_of(self._file_unit), job.doubts_of_unit(self._file_unit)
         warnings = [*job.recipe.warnings, *doubts, *session.warnings]
-        return {"warnings": warnings, "tried": tried}, self._pack(self._result[1])
+        return {"warnings": warnings, "tried": tried}, self._pack(self._result[2])
 
     def measure(self, stage: Path) -> Result:
+        """Compares the result of the last run with the scan; returns numbers, further warnings of the run, and the mesh."""
         assert self._result is not None
-        mesh, shown = self._result
+        job, outcome, shown = self._result
         report_event = stoppable((stage / STOP).exists, report)
         report_event(PhaseStarted("comparing"))
-        after = state_of(ReadMesh(stage / "result.ply", mesh, measure(mesh), ()))
+        measured = measure(outcome.result)
+        after = state_of(ReadMesh(stage / "result.ply", outcome.result, measured, ()))
+        warnings = [*removed_contents(job, outcome), *without_values(outcome.result), *changed_shape(job, outcome, measured)[2]]
         report_event(PhaseStarted("comparing"))
         compared = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
             "distance": distance_table(compared.comparison, self._unit),
             "lines": comparison_lines(compared.comparison, self._unit),
+            "warnings": warnings,
         }
         scalars = {**shown.scalars, "distance": compared.after_distance.at_vertices[shown.kept]}
         return numbers, self._pack(replace(shown, scalars=scalars), compared.comparison.rounding)

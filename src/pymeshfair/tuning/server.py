@@ -385,7 +385,7 @@ class Conversation:
                 async with self._finishing:
                     result = await asyncio.to_thread(run_job, job, on_event)
                 files = [str(file) for file in (result.output, *result.side_files, result.provenance)]
-                told: dict[str, Any] = {"kind": "finished", "files": files}
+                told: dict[str, Any] = {"kind": "finished", "files": files, "warnings": list(result.warnings)}
             except Stopped:
                 told = {"kind": "cancelled"}
             except (PymeshfairError, OSError) as error:

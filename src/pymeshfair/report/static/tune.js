@@ -227,7 +227,7 @@ async function receive(told, scene) {
       by("numbers").classList.add("awaited");
       document.body.dataset.shown = String(told.asked);
     } else {
-      showNumbers({ ...told, warnings: state.warnings });
+      showNumbers({ ...told, warnings: [...state.warnings, ...told.warnings] });
       by("numbers").classList.remove("awaited");
       running(false, `done in ${state.seconds.toFixed(1)} s, numbers ${told.seconds.toFixed(1)} s later`);
       document.body.dataset.measured = String(told.asked);
@@ -299,7 +299,7 @@ const answers = {
     if ("step" in told) by("steps").children[told.step]?.querySelector(`[data-parameter="${CSS.escape(told.parameter)}"]`)?.classList.add("wrong");
   },
   saved(told) { by("state").textContent = `saved: ${told.path}`; },
-  finished(told) { running(state.running && told.run !== state.current, `written: ${told.files.join(", ")}`); },
+  finished(told) { running(state.running && told.run !== state.current, [`written: ${told.files.join(", ")}`, ...told.warnings].join(". Warning: ")); },
   ended(told) { state.ended = told.message; complain(told.message); },
 };
 
