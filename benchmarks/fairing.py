@@ -1,13 +1,12 @@
-"""Region fairing and energy smoothing: what they take, against CGAL and libigl, and how exact they are.
+"""Region fairing and energy smoothing: what they take, against CGAL and libigl, and how far they are from libigl's.
 
     python benchmarks/fairing.py [FREE ...] [--rounds N] [--large FREE] [--energy VERTICES] [--without-cgal]
 
 Everything is timed on arrays in memory. For every number of FREE vertices (10,000 by default), a patch of that many in the middle
 of a bent irregular sheet of ten times as many is faired at order 1, 2 and 3, by us (extraction of the region included), by
 libigl's `harmonic` on the same patch, and at order 2 by CGAL's `fair` (the call alone, without building its polyhedron). Then how
-the time depends on the mesh around the patch; the backward errors and corrections on --large free vertices (100,000); and an
-energy smoothing of --energy vertices (100,000). Ends with 1 if CGAL is less than twice as slow at order 2, or if a backward error
-is above 1e-13.
+the time depends on the mesh around the patch; every order on --large free vertices (100,000); and an energy smoothing of
+--energy vertices (100,000). Ends with 1 if CGAL is less than twice as slow at order 2.
 """
 
 from __future__ import annotations

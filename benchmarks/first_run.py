@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import resource
 import shutil
 import statistics
@@ -61,7 +60,7 @@ def installed(environment: Path, folder: Path) -> dict[str, float]:
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     copy = folder / "copy"
     subprocess.run(["git", "clone", "-q", str(ROOT), str(copy)], check=True)
-    return timed([str(environment / "bin" / "python"), "-m", "pip", "install", "-q", str(copy)], {})[0]
+    return timed([str(environment / "bin" / "python"), "-m", "pip", "install", "-q", str(copy)], {})
 
 
 def recipes(command: Path) -> list[str]:
@@ -72,7 +71,7 @@ def recipes(command: Path) -> list[str]:
 
 def asked(command: Path, question: str) -> dict[str, float]:
     """The medians of some calls of a command that runs nothing."""
-    rounds = [timed([str(command), *question.split()], {})[0] for _ in range(_ROUNDS)]
+    rounds = [timed([str(command), *question.split()], {}) for _ in range(_ROUNDS)]
     return {name: statistics.median(each[name] for each in rounds) for name in rounds[0]}
 
 
@@ -85,14 +84,14 @@ def measured(command: Path, recipe: str, scan: Path, folder: Path) -> dict[str, 
     words = [str(command), "run", recipe, str(scan), "-o", str(home / "out.ply"), "--overwrite"]
     row: dict[str, Any] = {"scan": scan.stem}
     for name in ("first", "second"):
-        row[name], said = timed(words, environment)
-        compiled = re.search(r"([\d.]+) s of that went into compiling", said)
-        row[name]["compiling"] = float(compiled[1]) if compiled else 0.0
+        before = len([*home.glob("cache/pymeshfair/kernels/*/*")])
+        row[name] = timed(words, environment)
+        row[name]["compiled"] = len([*home.glob("cache/pymeshfair/kernels/*/*")]) - before
     return row
 
 
-def timed(words: list[str], environment: dict[str, str]) -> tuple[dict[str, float], str]:
-    """Seconds by the clock and of processor time of a process with all its children, the load by others before; its stderr."""
+def timed(words: list[str], environment: dict[str, str]) -> dict[str, float]:
+    """Seconds by the clock and of processor time of a process with all its children, and the load by others before."""
     load = load_of_others(0.3)
     inherited = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -101,7 +100,7 @@ def timed(words: list[str], environment: dict[str, str]) -> tuple[dict[str, floa
     if done.returncode:
         print(" ".join(words), done.stderr, file=sys.stderr)
     processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {"seconds": seconds, "processor": processor, "load": load, "status": done.returncode}, done.stderr
+    return {"seconds": seconds, "processor": processor, "load": load, "status": done.returncode}
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ def terrestrial(noise: float) -> Floats:
 
 def write_inputs(folder: Path, scans: Path) -> None:
     """All twenty, each with its truth beside it."""
-    places: dict[str, Path] = {name: next(scans.glob(f"*/{name}.*")) for name in ("rabbit", "angel", "iron", "nicolo_n2_truth")}
+    places: dict[str, Path] = {name: next(scans.rglob(f"{name}.*")) for name in ("rabbit", "angel", "iron", "nicolo_n2_truth")}
     places |= {name: SAMPLES / name for name in ("bunny.obj", "bone.ply", "rangemaps/face000.ply", "bunny10k_textured.obj")}
     names = ("rabbit", "angel", "iron", "nicolo", "bunny", "bone", "face", "textured")
     for name, path in zip(names, places.values(), strict=True):
@@ -95,7 +95,7 @@ def write_second_inputs(folder: Path, scans: Path) -> None:
         "child": "child_n3_truth",
         "fandisk": "fandisk_n3_truth",
     }
-    places = {name: next(scans.glob(f"*/{file}.ply")) for name, file in (pairs | {"kinect": "kinect_cone_noisy"}).items()}
+    places = {name: next(scans.rglob(f"{file}.ply")) for name, file in (pairs | {"kinect": "kinect_cone_noisy"}).items()}
     places |= {name: SAMPLES / f"{name}.obj" for name in ("airplane", "cow")}
     meshes = {name: (mesh.vertices, mesh.faces) for name, mesh in ((name, read_file(path).mesh) for name, path in places.items())}
     for name, (points, faces) in (meshes | {"voxels": voxels()}).items():

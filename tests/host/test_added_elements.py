@@ -502,6 +502,23 @@ def test_an_interrupted_addition_leaves_no_trace(make: Any, late: bool, monkeypa
     assert 20 < stop_at < 999
 
 
+def test_an_addition_stopped_as_the_matrix_is_put_back_leaves_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last of MeshLab's filters gives the layer its matrix back: stopped there once, the mesh and its matrix stay."""
+    apply, meshes, stops = Workbench.apply, coloured_ply(), iter([True])
+    before = everything(meshes)
+    edit = Edit(**additions(meshes, 3, 8), vertices=before["vertices"] + 1.0)
+
+    def stopping(self: Any, name: str, /, **parameters: Any) -> Any:
+        if name == "set_matrix" and not np.array_equal(parameters["transformmatrix"], np.eye(4)) and next(stops, False):
+            raise Stopped
+        return apply(self, name, **parameters)
+
+    monkeypatch.setattr(Workbench, "apply", stopping)
+    with pytest.raises(Stopped):
+        meshes.apply_step(give_back(edit))
+    assert differences(before, everything(meshes)) == []
+
+
 def test_scalars_that_are_nan_stay_when_an_addition_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """They are equal to themselves: putting the mesh back writes nothing, so that it gets no helper attribute."""
     meshes = pymeshlab.MeshSet()

@@ -158,15 +158,15 @@ class Workbench:
         check_taken(mesh, read_array(mesh, "vertices"), places, "new vertices")
 
     @contextmanager
-    def matrix_aside(self, mesh: Any) -> Iterator[None]:
-        """Removes the transformation matrix of a layer while the context is open.
+    def matrix_aside(self, mesh: Any) -> Iterator[NDArray[np.float64]]:
+        """Removes the transformation matrix of a layer while the context is open; yields the matrix.
 
         The matrix changes pymeshlab's face normals, which are NaN for a mirrored layer. It changes no other array.
         """
         matrix = mesh.transform_matrix()
         try:
             self.set_matrix(mesh, np.eye(4))
-            yield
+            yield matrix
         finally:
             self.set_matrix(mesh, matrix)
 

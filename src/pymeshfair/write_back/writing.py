@@ -34,12 +34,12 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     try:
         yield
     except BaseException as error:
-        for layer in [layer.id() for layer in BASE.__iter__(bench.meshset)]:
-            if layer not in layers:  # a helper layer left by an interruption
-                BASE.set_current_mesh(bench.meshset, layer)
-                bench.apply("delete_current_mesh")
-                bench.helper_ids[:] = sorted({*bench.helper_ids, layer})
+        for helper in {layer.id() for layer in BASE.__iter__(bench.meshset)} - layers:  # left by an interruption
+            BASE.set_current_mesh(bench.meshset, helper)
+            bench.apply("delete_current_mesh")
+            bench.helper_ids[:] = sorted({*bench.helper_ids, helper})
         BASE.set_current_mesh(bench.meshset, mesh.id())
+        bench.set_matrix(mesh, np.eye(4))
         if (lost := before.put_back(bench, mesh)) and isinstance(error, Exception):
             raise MeshError(f"{error}; and {', '.join(lost)} of {mesh.label()!r} could not be put back") from error
         raise
@@ -97,11 +97,13 @@ def write_edit(bench: Workbench, edit: Edit, matrix: Floats | None = None) -> tu
         try:
             if edit.delete_vertices is not None:
                 check_deletable(edit, read_array(mesh, "edges"), mesh.label())
-            with bench.matrix_aside(mesh):
+            with bench.matrix_aside(mesh) as before:
                 with undone_on_failure(bench, mesh) if adds(edit) else nullcontext():
                     if adds(edit):
                         edit, notes = add_elements(bench, mesh, edit)
                     write_values(bench, mesh, edit)
+                    if not removes(edit):
+                        bench.set_matrix(mesh, before)  # here, so that an interruption of this step, too, undoes the addition
                 _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab raises either if a filter fails
             check_names(bench, mesh)
@@ -231,10 +233,9 @@ def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
 def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seeds: Iterable[int]) -> None:
     """Sets (a, 2) `uv` at all corners of the added faces, and restores the (m, 3, 2) `wedges` at the `seeds` of `grow`."""
     old = len(wedges)
-    columns = np.concatenate([np.zeros((old, 2)), uv])
     chosen = "||".join([f"fi>={old}", *(f"fi=={seed}" for seed in seeds)])
     bench.apply("compute_selection_by_condition_per_face", condselect=chosen)
-    u, v = bring_in(bench, mesh, "face", list(columns.T))
+    u, v = bring_in(bench, mesh, "face", list(np.concatenate([np.zeros((old, 2)), uv]).T))
     finite = np.where(np.isfinite(wedges), wedges, 0.0)
     expressions = {
         f"{axis}{corner}": "".join(f"fi=={seed}?{float(finite[seed, corner, column])!r}:" for seed in seeds) + name
@@ -286,9 +287,8 @@ def _write_numbers(bench: Workbench, mesh: Any, element: Element, kind: str, val
     if had and np.array_equal(read_array(mesh, name), values, equal_nan=True):
         return
     brought = bring_in(bench, mesh, element, list(np.atleast_2d(values.T)))
-    bench.apply(
-        f"compute_{kind}_by_function_per_{element}", **dict(zip("xyz" if kind == "normal" else "q", brought, strict=True))
-    )
+    parameters = dict(zip("xyz" if kind == "normal" else "q", brought, strict=True))
+    bench.apply(f"compute_{kind}_by_function_per_{element}", **parameters)
     verify(mesh, name, values)
 
 
