@@ -43,30 +43,38 @@ def setting_of_rounded(
     The `rounding` is undone first, see `Rounding.undone`. Of the results with the least distance from the rounded vertices,
     within one standard error, the flattest is chosen (`Scan.flattest`). If the steps of the rounding differ, or if a depth map
     is smooth once the rounding is undone, distances up to the noise of the mesh and of the rounding are allowed [morozov1966].
-    `other` is better if its result is at least as flat as the chosen one.
+    `other` is better if its result has the smaller estimated error. It is also better if its result is at least as flat, and
+    either removes more noise than the rounding, or differs from the chosen result by less than half the rounding's deviation.
     """
     undone = rounding.undone(mesh.points, mesh.cells, mesh.movable)
     scan, origin = Scan.sampled(undone, mesh.cells, mesh.movable, **_WIDE)
     tried = SettingsTried(scan, border=border, of=CORRELATED, rounding="undo")
     smooth, rounded = undone[origin], mesh.points[origin]
     unit = mean_edge_length(smooth, scan.faces)
-    variance, limit = (rounding.step / unit) ** 2 / 12.0, 0.0
+    variance, others, limit = (rounding.step / unit) ** 2 / 12.0, 0.0, 0.0
     is_depth = len(rounding.levels) == 1 and seen_from_one_side(mesh.points, mesh.cells) > tuned.FACING
     if is_depth or not rounding.equal_steps:
         scans = replace(scan, points=scan.points + (rounded - smooth) / unit), scan
         before, after = (noise_field(each, *_DETECT, 0.5).variances.sum() for each in scans)
         if not rounding.equal_steps or after < tuned.UNDONE * before:
-            limit = float(np.sqrt(variance + before))
+            others, limit = before, float(np.sqrt(variance + before))
     counted = np.flatnonzero(scan.scored if scan.scored.any() else np.ones_like(scan.scored)).astype(np.int32)
+    axes, deviations, normals = np.transpose(rounding.directions), rounding.deviations(rounded[counted]), scan.normals[counted]
 
     def measures(_: int, result: Floats) -> tuple[Floats, float]:
         points = smooth + unit * (result - scan.points)
-        return variance * rounding.squares(points[counted], rounded[counted]), roughness(points, scan.faces)
+        return variance * np.mean(((points - rounded)[counted] @ axes / deviations) ** 2, axis=1), roughness(points, scan.faces)
 
     squares, flatness = zip(*measured(tried(scan.points, NONE_HELD), tried.labels, measures, progress), strict=True)
     choice = scan.flattest(counted, squares, flatness, tried.labels, limit)
-    result = other.apply(rounded, scan.faces, border=border, movable=scan.movable)
-    return None if roughness(result, scan.faces) <= flatness[choice.trials.index(choice.chosen)] else choice
+    chosen, kept = (s.apply(rounded, scan.faces, border=border, movable=scan.movable) for s in (choice.chosen.label, other))
+    # Mean squares along the normals: `of_chosen` is the sum of its error and the noise, `between` the sum of both errors.
+    moves = chosen - rounded, kept - rounded, chosen - kept
+    of_chosen, of_kept, between = (np.mean(np.einsum("ij,ij->i", each[counted], normals) ** 2) for each in moves)
+    noise = np.mean(((normals @ axes * deviations) ** 2).sum(axis=1)) + others * unit**2
+    is_flatter = roughness(kept, scan.faces) <= flatness[choice.trials.index(choice.chosen)]
+    is_likely = is_flatter and (of_kept > tuned.LARGER**2 * noise or between < 0.25 * noise)
+    return None if between < 2.0 * (of_chosen - noise) or is_likely else choice
 
 
 def setting_of_shared(
@@ -97,10 +105,9 @@ def setting_by_balls(
 ) -> Choice[Setting] | None:
     """Chooses the setting that best predicts held-out balls, see `Scan.choose`; None if `choice` leaves no shared noise.
 
-    `choice` was made with held-out vertices. Its setting leaves such noise if more than half of the vertices are scored, and
-    three things hold in comparison with the setting that predicts balls best: its error at balls is larger by more than two
-    standard errors; the median angle between adjacent faces is over 7 times as large; and the two results differ evenly, with a
-    ratio of deciles of local differences below 1.2 times that of smoothed white noise.
+    It leaves such noise if more than half of the vertices are scored, and three things hold in comparison with the setting that
+    predicts balls best: its error at balls is larger by more than two standard errors; the median angle between adjacent faces is
+    over 7 times as large; and the two results differ evenly: the ratio of deciles is below 1.2 times that of smoothed noise.
     """
     pairs, _ = face_adjacency(scan.faces)
 
@@ -152,7 +159,6 @@ def _shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> tuple[float, S
         return 0.0, _FIT, False
     facing, lengths = seen_from_one_side(points, faces) > tuned.FACING, edge_lengths(points, edges(faces))
     on_lines, cut_off = facing and on_lines_of_sight(points, faces), np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF
-    # A fused map has short edges where its surface cuts off a voxel's corner.
     if on_lines or (facing and cut_off):
         scan, fits = Scan.sampled(points, faces, rings=3)[0], _FIT if on_lines else _FIT_FUSED
         independent, total = np.cumsum(noise_field(scan, *_DETECT).variances).tolist()

@@ -56,16 +56,11 @@ class Rounding(NamedTuple):
             result = result + (now - heights)[:, None] * direction
         return np.asarray(result)
 
-    def squares(self, points: Floats, rounded: Floats) -> Floats:
-        """Returns (n,) squared distances of (n, 3) points from the `rounded` ones along the axes, means over the axes.
-
-        The unit is the variance of rounding, step^2 / 12 with the step at each vertex. At the true points their mean is near 1.
-        """
-        squares = []
-        for direction, levels in zip(*self, strict=True):
-            at = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), rounded @ direction)
-            squares.append(12.0 * ((points - rounded) @ direction / np.gradient(levels)[at]) ** 2)
-        return np.asarray(np.mean(squares, axis=0))
+    def deviations(self, rounded: Floats) -> Floats:
+        """Returns (n, axes) the standard deviations of the rounding along the axes at (n, 3) rounded points: step / sqrt(12)."""
+        axes = zip(*self, strict=True)
+        steps = [np.gradient(at)[np.searchsorted(0.5 * (at[1:] + at[:-1]), rounded @ direction)] for direction, at in axes]
+        return np.asarray(np.column_stack(steps) / np.sqrt(12.0))
 
 
 def rounding_of(points: Floats, faces: Ints) -> Rounding | None:

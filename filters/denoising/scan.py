@@ -181,8 +181,7 @@ class Scan:
         Noise is independent between neighbours, the surface is not. So a filter that predicts a vertex well from its neighbours
         fits the surface. Held-out vertices start at `initial_positions`: on fitted quadrics or at means of neighbours. With
         `by_means` they start at means, which favours settings that move only outliers. A result f deviates from a vertex y by
-        n . (y - f). This hardly shows flipped faces, so the share of these faces counts, too, see `scores_of`. `labels` and
-        `stays` are those of `cross_validate`; `progress` None is that of the scan.
+        n . (y - f). `labels` and `stays` are those of `cross_validate`; `progress` None is that of the scan.
 
         With `denoised`, a filter of (n, 3) points, the middles of held-out balls are predicted: they share hardly any noise with
         vertices outside. `denoised` filters the other vertices, and balls start on the smoothest surface through them.

@@ -337,8 +337,8 @@ def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_ang
     (direction,) = found.directions
     assert np.abs(moves @ direction).max() <= 0.25 + 1e-9
     assert np.abs(np.cross(moves, direction)).max() < 1e-9
-    assert found.squares(truth, vertices).mean() == pytest.approx(1.0, abs=0.05)
-    np.testing.assert_allclose(found.squares(vertices + direction, vertices), 12.0 * 2.0**2, rtol=1e-3)
+    np.testing.assert_allclose(found.deviations(vertices), 0.5 / 12**0.5, rtol=1e-3)
+    assert np.std((vertices - truth) @ direction) == pytest.approx(0.5 / 12**0.5, rel=0.03)
     assert measured(undone, truth, faces)[0] < 0.2 * measured(vertices, truth, faces)[0]
     movable = vertices[:, 0] > np.median(vertices[:, 0])
     part = found.undone(vertices, faces, movable)
@@ -373,6 +373,18 @@ def test_a_rounded_relief_keeps_its_relief() -> None:
     scan = rounded(0.6)(truth, faces, np.random.default_rng(1))
     result = automatic_choice(scan, faces).setting.apply(scan, faces)
     assert measured(result, truth, faces)[0] < 0.5 * measured(scan, truth, faces)[0]
+
+
+def test_edges_are_not_rounded_off_to_undo_small_steps() -> None:
+    """Folds with steps of a third of an edge: filters that keep the rounding leave a fifth of the angle, and are chosen."""
+    truth, faces = irregular_grid(60, 60)
+    truth[:, 2] = 0.7 * np.abs(truth[:, 0] % 20.0 - 10.0)
+    truth /= mean_edge_length(truth, faces)
+    scan = rounded(0.3)(truth, faces, np.random.default_rng(1))
+    found = automatic_choice(scan, faces)
+    assert rounding_of(scan, faces) is not None
+    assert found.setting.rounding == "keep"
+    assert measured(found.setting.apply(scan, faces), truth, faces)[0] < 0.2 * measured(scan, truth, faces)[0]
 
 
 def test_coordinates_that_are_all_rounded_are_put_back_along_three_axes() -> None:
