@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -303,17 +303,17 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
     """Compiles all kernels that are not stored yet; `processes` None means `most_threads`. Returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
+    compilers = [Compiler() for _ in range(count)]
     idle: SimpleQueue[Compiler] = SimpleQueue()
-    failures = []
-    with ThreadPoolExecutor(count) as pool, ExitStack() as ending:  # what has not begun is left out after Ctrl-C
-        for _ in range(count):
-            compiler = Compiler()
-            ending.callback(compiler.close)
-            idle.put(compiler)
-        ending.callback(pool.shutdown, wait=False, cancel_futures=True)
-        for messages in pool.map(lambda task: _compile(idle, *task), tasks):
-            failures += messages
-    return failures
+    for compiler in compilers:
+        idle.put(compiler)
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            return [message for messages in pool.map(lambda task: _compile(idle, *task), tasks) for message in messages]
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # after Ctrl-C no further kernel is begun
+            for compiler in compilers:
+                compiler.close()
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
