@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
 from queue import SimpleQueue
 from types import CodeType, FunctionType, ModuleType
@@ -138,12 +138,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 class Kernel:
     """A function that runs as machine code, see `compiled`. Kernels can call kernels: numba treats them as its own functions."""
 
+    __qualname__: str  # of the function
+
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         self.py_func, self.options = function, options
-        self.__name__ = function.__name__
-        self.__qualname__ = function.__qualname__
-        self.__module__ = function.__module__
-        self.__doc__ = function.__doc__
+        update_wrapper(self, function)
         self.code: dict[Signature, Callable[..., Any]] = {}  # the machine code that this process has loaded
 
     def __call__(self, *arguments: Any) -> Any:
@@ -160,7 +159,6 @@ class Kernel:
             return code(*arguments)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
-        """Returns the machine code for a signature: from the store, or compiled and stored."""
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
             if hasattr(os, "register_at_fork"):
@@ -317,7 +315,6 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Compiles a kernel unless it is stored; returns the message of a failure."""
     compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)

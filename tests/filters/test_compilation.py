@@ -216,7 +216,7 @@ def test_ctrl_c_leaves_the_compiler_to_its_parent() -> None:
 
 
 def test_a_compiler_that_is_closed_meanwhile_starts_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C closes the compilers in the main thread while others still ask them: these end with an error, and wait for nothing."""
+    """Ctrl-C closes the compilers in the main thread while others still ask them: these end with an error at once."""
     compiler = Compiler()
     assert compiler._process.poll() is None
     monkeypatch.setattr(Compiler, "_send", staticmethod(lambda process, message: compiler.close()))

@@ -153,7 +153,6 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads the modules and the linker; stops when the first order arrives."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]
