@@ -20,7 +20,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from ..checks import PymeshfairError
-from .machine_code import MachineCode, link_anew, processor
+from .machine_code import MachineCode, processor
 
 if TYPE_CHECKING:
     from .kernel import ArgumentType, Signature
@@ -58,10 +58,11 @@ class Compiler:
         """Compiles the kernel ``module.name`` for these argument types; raises `CompilationError` if this fails."""
         with self._lock:
             try:
-                self._send(self._process, (module, name, signature))
-                assert self._process.stdout is not None
-                answer = pickle.load(self._process.stdout)
-            except (OSError, EOFError, pickle.UnpicklingError) as error:
+                process = self._process  # `close`, in another thread, may take it away meanwhile
+                self._send(process, (module, name, signature))
+                assert process.stdout is not None
+                answer = pickle.load(process.stdout)
+            except (OSError, EOFError, ValueError, pickle.UnpicklingError) as error:
                 self.__dict__.pop("_process", None)
                 raise CompilationError(f"the process that compiles {module}.{name} has ended") from error
             except BaseException:
@@ -137,4 +138,3 @@ def main() -> None:
 COMPILER = Compiler()
 if hasattr(os, "register_at_fork"):  # a forked process must not read answers to its parent or wait for the parent's threads
     os.register_at_fork(after_in_child=lambda: Compiler.__init__(COMPILER))
-    os.register_at_fork(after_in_child=link_anew)

@@ -16,9 +16,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
 from queue import SimpleQueue
 from types import CodeType, FunctionType, ModuleType
@@ -138,12 +138,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 class Kernel:
     """A function that runs as machine code, see `compiled`. Kernels can call kernels: numba treats them as its own functions."""
 
+    __qualname__: str  # of the function
+
     def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
         self.py_func, self.options = function, options
-        self.__name__ = function.__name__
-        self.__qualname__ = function.__qualname__
-        self.__module__ = function.__module__
-        self.__doc__ = function.__doc__
+        update_wrapper(self, function)
         self.code: dict[Signature, Callable[..., Any]] = {}  # the machine code that this process has loaded
 
     def __call__(self, *arguments: Any) -> Any:
@@ -160,7 +159,6 @@ class Kernel:
             return code(*arguments)
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
-        """Returns the machine code for a signature: from the store, or compiled and stored."""
         if self._is_parallel:
             start_threads()  # the linker needs the addresses of the thread functions
             if hasattr(os, "register_at_fork"):
@@ -303,21 +301,20 @@ def compile_ahead(signatures: Mapping[str, Mapping[str, list[Signature]]], *, pr
     """Compiles all kernels that are not stored yet; `processes` None means `most_threads`. Returns messages of failures."""
     tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
     count = processes or most_threads()
+    compilers = [Compiler() for _ in range(count)]
     idle: SimpleQueue[Compiler] = SimpleQueue()
-    failures = []
-    with ThreadPoolExecutor(count) as pool, ExitStack() as ending:  # what has not begun is left out after Ctrl-C
-        for _ in range(count):
-            compiler = Compiler()
-            ending.callback(compiler.close)
-            idle.put(compiler)
-        ending.callback(pool.shutdown, wait=False, cancel_futures=True)
-        for messages in pool.map(lambda task: _compile(idle, *task), tasks):
-            failures += messages
-    return failures
+    for compiler in compilers:
+        idle.put(compiler)
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            return [message for messages in pool.map(lambda task: _compile(idle, *task), tasks) for message in messages]
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # after Ctrl-C no further kernel is begun
+            for compiler in compilers:
+                compiler.close()
 
 
 def _compile(idle: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
-    """Compiles a kernel unless it is stored; returns the message of a failure."""
     compiler = idle.get()
     try:
         stored = getattr(importlib.import_module(module), name).stored_name(signature)

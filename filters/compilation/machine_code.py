@@ -27,7 +27,7 @@ _X86_LEVELS = (
     ("x86-64-v2", ("cx16", "popcnt", "sse4.2", "ssse3")),
 )
 _LOCK = threading.RLock()
-#: In a fork: the linkers of the processes that it comes from. Without a linker its code would be freed.
+#: In a fork: the linkers of the processes that it comes from. They are kept, since a linker that is freed frees its code.
 _FORMER: list[Any] = []
 #: The folder of kernels that come with the package.
 INSTALLED = Path(__file__).parent / "kernels"
@@ -213,12 +213,12 @@ def start_threads() -> tuple[Any, Any]:
     """Returns a function that sets how many threads the calling thread uses, and a lock for parallel calls (none with OpenMP)."""
     import llvmlite.binding as llvm
 
-    lock: Any = threading.Lock()
-    try:
-        layer = extension("np.ufunc.workqueue" if _FORMER else "np.ufunc.omppool")
-        lock = lock if _FORMER else nullcontext()
-    except ImportError:
-        layer = extension("np.ufunc.workqueue")
+    layer: Any = None
+    lock: Any = nullcontext()
+    with suppress(ImportError):
+        layer = None if _FORMER else extension("np.ufunc.omppool")
+    if layer is None:
+        layer, lock = extension("np.ufunc.workqueue"), threading.Lock()
     llvm.add_symbol("numba_parallel_for", layer.parallel_for)
     for name in _FUNCTIONS:
         llvm.add_symbol(name, getattr(layer, name))
@@ -226,9 +226,13 @@ def start_threads() -> tuple[Any, Any]:
     return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), lock
 
 
-def link_anew() -> None:
-    """In a fork: parallel kernels are loaded again, with numba's own threads. GNU's OpenMP ends forks of processes with it."""
+def _begin_fork() -> None:
+    """Lets parallel kernels be linked anew with numba's own threads: GNU's OpenMP would end a fork of a process that used it."""
     if start_threads.cache_info().currsize:
         _FORMER.append(_engine())
         _engine.cache_clear()
         start_threads.cache_clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_begin_fork)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_positive, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Bools, Floats, Ints, check_movable
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
@@ -121,11 +121,7 @@ def _longest_step(rings: OneRings) -> float:
 def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
     if values.ndim not in (1, 2):
         raise FilterInputError(f"values must have the shape (n,) or (n, k), got {values.shape}")
-    if faces.size == 0:
-        faces = np.empty((0, 3), dtype=np.int32)
-    elif faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
-        raise FilterInputError(f"faces must be an (m, 3) array of whole numbers, got shape {faces.shape} of {faces.dtype}")
-    elif faces.min() < 0 or faces.max() >= len(values):
+    if faces.dtype.kind in "iu" and faces.size and not 0 <= faces.min() <= faces.max() < len(values):
         raise FilterInputError(
             f"faces name the vertices {faces.min()} to {faces.max()}, but the number of values is {len(values)}"
         )
@@ -135,7 +131,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
             f"{int(bad.sum())} of {len(values)} vertices have a value that is not finite, the first is vertex "
             f"{int(bad.argmax())}: give these vertices values first"
         )
-    return columns, np.ascontiguousarray(faces, dtype=np.int32)
+    return columns, check_mesh(np.zeros((len(values), 3)), faces)[1]
 
 
 @compiled(parallel=True)

@@ -331,7 +331,6 @@ def _move_block(
 
 @compiled
 def _irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule: int, step: float) -> float:
-    """Does what `_star_step` does, for irregular vertices."""
     _, offsets, neighbours, irregular, end_offsets, ends = star
     bound = 0.0
     for m in range(irregular.shape[0]):

@@ -152,7 +152,6 @@ def _step(matrix: CompressedRows, p: Floats, q: Floats, x: Floats, r: Floats, sc
 
 @compiled
 def _total(sums: Floats) -> Floats:
-    """Returns the sum over all blocks for each of the three columns."""
     total = np.zeros(3)
     for row in sums:
         total += row
@@ -227,7 +226,6 @@ def _next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None
 
 @compiled(parallel=True)
 def _inner_products(r: Floats, z: Floats) -> Floats:
-    """Returns r^T z of the three columns for each block."""
     n = r.shape[0]
     sums = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
     for b in prange(sums.shape[0]):
@@ -332,7 +330,6 @@ class SmoothedAggregation:
 
 
 def _factorised(matrix: sparse.csc_matrix) -> sparse.linalg.SuperLU | None:
-    """The factors of the matrix; None if it is not positive definite."""
     try:
         factors = sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:

@@ -95,7 +95,6 @@ class Fronts(NamedTuple):
 
 @compiled(nogil=True)
 def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
-    """Copies the columns of `b` into `y` in groups of `_TOGETHER`, with the rows in `order`."""
     for h in range(y.shape[0]):
         for i in range(order.shape[0]):
             for c in range(min(_TOGETHER, b.shape[1] - h * _TOGETHER)):
@@ -177,7 +176,6 @@ def _updated_rows(matrix: CompressedRows, order: Ints, places: Ints, firsts: Lon
 
 @compiled(nogil=True)
 def _triangle(rows: int) -> int:
-    """The number of entries on and below the diagonal of a square matrix."""
     return rows * (rows + 1) // 2
 
 
@@ -285,7 +283,6 @@ def _add(rows: Ints, update: Floats, local: Ints, front: Floats) -> None:
 
 @compiled(nogil=True)
 def _copy_columns(front: Floats, first: int, last: int, packed: Floats) -> None:
-    """Copies some columns of a front, each from the diagonal on, to `packed`."""
     at = 0
     for j in range(first, last):
         packed[at : at + front.shape[0] - j] = front[j, j:]

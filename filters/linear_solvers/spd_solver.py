@@ -247,7 +247,6 @@ class SpdSolver:
 
 
 def _padded(columns: Floats) -> Floats:
-    """Returns (n, 3): up to three columns, then columns of zeros."""
     return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))) if columns.shape[1] < 3 else columns)
 
 

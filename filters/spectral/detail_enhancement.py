@@ -143,7 +143,6 @@ def enhance_details(
 
 
 def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> tuple[float, float]:
-    """Returns the shortest and the longest wavelength of the relief, in the unit of the points."""
     if detail_size is None:
         shortest = shortest_relief(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells))
     else:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from pathlib import Path
 
 import pytest
@@ -78,6 +80,14 @@ def test_wrong_tables_are_refused(folder: Path, table: str, message: str) -> Non
     (folder / "t.csv").write_text(table)
     with pytest.raises(ParameterError, match=message):
         expand(["t.csv"])
+
+
+@pytest.mark.parametrize("argument", ["@-", "-"])
+def test_names_on_standard_input_are_utf_8(folder: Path, argument: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in files, in every locale, and with a byte order mark or without one."""
+    data = "\ufeffinput\né.ply\n" if argument == "-" else "\ufeffé.ply\r\n"
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data.encode("utf-8")), encoding="latin-1"))
+    assert [scan.input.name for scan in expand([argument])] == ["é.ply"]
 
 
 @pytest.mark.parametrize("argument", ["*.obj", "@gone.txt", "empty", "gone.csv", ""])

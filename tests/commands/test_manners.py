@@ -95,13 +95,6 @@ def test_tables_fit(columns: int | None, capsys: pytest.CaptureFixture[str], mon
     assert sum(line.count("n") for line in lines) >= 150
 
 
-def test_an_unknown_width_is_no_width_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Some programs tell a width of 0 to those that they start: tables are printed as in a pipe."""
-    usual = invoke("info", "scan.ply").stdout
-    monkeypatch.setenv("COLUMNS", "0")
-    assert invoke("info", "scan.ply").stdout == usual
-
-
 @pytest.mark.slow
 def test_no_command_colours_a_terminal_that_wants_none() -> None:
     """With NO_COLOR a run, an error and a table on a real terminal have no escape sequence for colours."""

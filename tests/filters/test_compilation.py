@@ -219,6 +219,16 @@ def test_ctrl_c_leaves_the_compiler_to_its_parent() -> None:
     compiler.close()
 
 
+def test_a_compiler_that_is_closed_meanwhile_starts_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C closes the compilers in the main thread while others still ask them: these end with an error at once."""
+    compiler = Compiler()
+    assert compiler._process.poll() is None
+    monkeypatch.setattr(Compiler, "_send", staticmethod(lambda process, message: compiler.close()))
+    with pytest.raises(CompilationError, match="has ended"):
+        compiler.compile("module", "kernel", ())
+    assert "_process" not in vars(compiler)
+
+
 def test_a_change_of_what_a_kernel_is_compiled_from_changes_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Constants of its module, kernels that it calls and what numba is told are part of a kernel, as its own code is."""
 

@@ -100,7 +100,6 @@ class Outcome:
 
 
 def _former_output(output: Path) -> str:
-    """Describes the run that wrote the file at the path of an output; empty if there is no file."""
     if not output.exists():
         return ""
     record = read_provenance(output)

@@ -82,9 +82,9 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Re
     if argument.startswith("@"):
         yield from _listed(base / argument[1:], settings)
         return
-    path = base / argument
     if not argument:
         raise ParameterError("an INPUT is empty; write . for the working folder")
+    path = base / argument
     if os.path.isdir(path):  # noqa: PTH112 - false if the name is too long
         root = path.absolute()
         files = sorted(_scans_below(root))
@@ -150,9 +150,7 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
     if "input" not in header:
         raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
     allowed = (*_COLUMNS, *settings)
-    for name in header:
-        if name.startswith("#"):
-            continue
+    for name in (name for name in header if not name.startswith("#")):
         if header.count(name) > 1:
             raise ParameterError(f"{path}:1: the column {name!r} is there twice")
         if name not in allowed and "." not in name:
@@ -165,7 +163,8 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
 
 def _text(path: Path) -> str:
     try:
-        text = sys.stdin.read().removeprefix("\ufeff") if path.name == "-" else path.read_text("utf-8-sig")
+        data = sys.stdin.buffer.read() if path.name == "-" else path.read_bytes()
+        text = data.decode("utf-8-sig")
         if "\0" in text:
             raise ValueError
     except (OSError, ValueError) as error:

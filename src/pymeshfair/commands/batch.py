@@ -67,8 +67,7 @@ def batch(
     scheduler = chosen.chosen_scheduler()
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("not with a scheduler: its workers determine how many scans run at a time", param_hint="--jobs")
-    chosen.check_measured(report)
-    template = chosen.job(recipe, Path(), Path(), overwrite=overwrite)  # input and output are set for each scan
+    template = chosen.job(recipe, Path(), Path(), report=report, overwrite=overwrite)  # input and output are set for each scan
     # Symbolic links in the path stay, as other machines may know only them; a path with ".." is resolved.
     folder = output.resolve() if ".." in output.parts else output.absolute()
     selected, dropped = without_outputs(expand(inputs, [setting.name for setting in template.recipe.script.settings]), folder)

@@ -83,8 +83,6 @@ class CommandGroup(TyperGroup):
         warnings.showwarning = lambda message, *where: warn(message)
         if os.environ.get("NO_COLOR"):
             extra["color"] = False
-        if os.environ.get("COLUMNS") == "0":  # the width is unknown, but tables of this width would have no text
-            del os.environ["COLUMNS"]
         try:
             code = super().main(arguments, prog_name or "pymeshfair", **{**extra, "standalone_mode": False})
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None

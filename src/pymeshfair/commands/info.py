@@ -43,7 +43,7 @@ def filters(
     plain = partial(re.sub, r"[\s_-]+", " ")  # spaces, dashes and underscores are alike
     wanted = plain(text.casefold()).split()
     texts = ((f, plain(f"{f.python_name} {f.name} {f.origin} {f.summary}".casefold())) for f in all_filters())
-    listed = [f for f, words_of in texts if all(word in words_of for word in wanted)]
+    listed = [f for f, description in texts if all(word in description for word in wanted)]
     if not listed and not json:
         typer.echo(f"no filter contains {text!r}", err=True)
     names = ("python_name", "name", "origin", "summary")

@@ -59,10 +59,7 @@ def recipe_names(incomplete: str) -> list[str]:
 
 
 Recipe = Annotated[
-    str,
-    Argument(
-        metavar="RECIPE", help="A shipped name, the path of an .mlx file, or - for standard input.", autocompletion=recipe_names
-    ),
+    str, Argument(metavar="RECIPE", help="A shipped name, an .mlx file, or - for stdin.", autocompletion=recipe_names)
 ]
 
 AllowOutside = Annotated[bool, Option("--allow-outside", help="Let mesh files name files outside their folders.")]
@@ -112,8 +109,8 @@ class RunOptions:
     tls_cert: Annotated[Path | None, Option(metavar="FILE", help="The certificate to show to the scheduler.")] = None
     tls_key: Annotated[Path | None, Option(metavar="FILE", help="The key of the certificate in --tls-cert.")] = None
 
-    def job(self, recipe: str, input: Path, output: Path, **fields: Any) -> Job:
-        """The job of a run; `fields` are further fields of `Job`."""
+    def job(self, recipe: str, input: Path, output: Path, *, report: object, **fields: Any) -> Job:
+        """The job of a run, with a `report` or without one; `fields` are further fields of `Job`."""
         from ..running.job import Job
         from ..scripts.guards import ATTRIBUTES, Guards, refuse_unmeasured
 
@@ -134,6 +131,8 @@ class RunOptions:
             measures=not self.no_measures,
             **fields,
         )
+        if self.no_measures and report:
+            raise typer.BadParameter("a report shows measures: leave out --report or --no-measures", param_hint="--report")
         if self.no_measures:
             refuse_unmeasured(job.all_guards)
         return job
@@ -148,10 +147,6 @@ class RunOptions:
         from ..processes.cluster import Scheduler
 
         return Scheduler(self.scheduler or "", self.scheduler_file, self.tls_ca_file, self.tls_cert, self.tls_key)
-
-    def check_measured(self, report: object) -> None:
-        if report and self.no_measures:
-            raise typer.BadParameter("a report shows measures: leave out --report or --no-measures", param_hint="--report")
 
 
 def with_run_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -62,7 +62,6 @@ def run(
     from ..running.supervise import run_job, workers_of_runs
 
     options.check_report(report, overwrite=overwrite, up=up)
-    chosen.check_measured(report)
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
@@ -72,7 +71,7 @@ def run(
         if tolerance is not None and (map is None or tolerance.amount < 0.0):
             wrong = "it is about the map: give --map, too" if map is None else f"{map_tolerance} is below 0"
             raise typer.BadParameter(wrong, param_hint="--map-tolerance")
-        job = chosen.job(recipe, input, output, overwrite=overwrite, map=map, map_tolerance=tolerance)
+        job = chosen.job(recipe, input, output, report=report, overwrite=overwrite, map=map, map_tolerance=tolerance)
         scheduler = chosen.chosen_scheduler()
         if not tiles and (scheduler is not None or resume):
             raise typer.BadParameter("--resume and the options of a scheduler need --tiles")

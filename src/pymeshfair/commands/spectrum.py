@@ -85,7 +85,6 @@ def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], extension: str) -> by
     from matplotlib.figure import Figure
 
     def inverted(value: Any) -> Any:
-        """The frequency of a wavelength, or the wavelength of a frequency."""
         with np.errstate(divide="ignore"):
             return 2.0 * np.pi / np.asarray(value, dtype=np.float64)
 

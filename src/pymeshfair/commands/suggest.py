@@ -121,12 +121,9 @@ def _trials(
         return {}
     fitting = [s.recipe for s in ranked(traits) if s.fits and s.task in ("denoise", "smooth", "clean")]
     chosen = None if recipe is None else recipe.script.steps[0]
-    scripts = {}
-    for name in fitting:
-        candidate = load_recipe(name)
-        script = None if candidate.info.behind in fitting else moving_script(candidate, chosen)
-        if script is not None:
-            scripts[name] = script
+    candidates = {name: load_recipe(name) for name in fitting}
+    tried = {name: moving_script(c, chosen) for name, c in candidates.items() if c.info.behind not in fitting}
+    scripts = {name: script for name, script in tried.items() if script is not None}
     clean = values["shape"] == "clean" or (traits["noise"] < _MESHING and values["outliers"] == "keep")
     results = trials(mesh.vertices, mesh.faces, scripts, clean=clean, timeout=timeout)
     if not is_correlated:
@@ -146,7 +143,6 @@ def _trials(
 
 
 def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None:
-    """A recipe of `FILTER` with explicit values; None if there is no noise to remove."""
     from ..recipe import Recipe
     from ..registry import find_filter
     from ..scripts.script import Script, Step

@@ -301,7 +301,6 @@ def mesh_filter(
 
 
 def _gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
-    """Wraps a function so that it takes the fields of its groups one by one."""
     groups = {name: hint for name, hint in typing.get_type_hints(function).items() if name != "return" and _is_group(hint)}
     if not groups:
         return function
@@ -323,7 +322,6 @@ _SECTION = re.compile(r"\n\n(?:Args|Attributes):\n((?:    .*(?:\n|$))+)")
 
 
 def _documented(described: object) -> tuple[str, dict[str, str]]:
-    """Splits a docstring into the text, and the help texts by parameter."""
     text = inspect.getdoc(described) or ""
     section = _SECTION.search(text)
     _, *parts = re.split(r"^    (\w+): ", section[1] if section else "", flags=re.MULTILINE)
@@ -388,7 +386,6 @@ _PLAIN_TYPES = (bool, int, float, str)
 
 
 def _contradiction(parameter: Parameter, annotated: Any) -> str:
-    """What is wrong with a declaration; empty if nothing."""
     minimum, maximum = getattr(parameter, "minimum", None), getattr(parameter, "maximum", None)
     if keyword.iskeyword(parameter.name):
         return "is a word of Python"

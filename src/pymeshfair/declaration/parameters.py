@@ -363,12 +363,10 @@ class Matrix(Parameter):
 
 
 def _whole(value: Any) -> int | None:
-    """Converts an integer of Python or numpy to int; None for other values and for booleans."""
     return None if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) else int(value)
 
 
 def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> list[Any]:
-    """Converts a value to nested lists of finite numbers with a given shape; raises `ParameterError` otherwise."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):  # rows of different lengths

@@ -242,7 +242,6 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
 
 
 def _out_of_tolerance(name: str, state: MeshState, distance: SurfaceDistance, tolerance: float) -> Iterator[Area]:
-    """Yields the connected parts of a surface, or the points of a cloud, that are out of tolerance."""
     if distance.largest <= tolerance:
         return
     mesh, over = state.mesh, np.flatnonzero(np.abs(distance.distances) > tolerance)

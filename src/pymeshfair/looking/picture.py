@@ -267,7 +267,6 @@ def draw_meshes(
 def _scenes(
     meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, numbers: Sequence[Numbers | None] | None
 ) -> tuple[list[Scene], Limits | None]:
-    """Returns the scene of each panel, and the limits of the colour bar, or None without a bar."""
     scenes = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
         return [_painted(s, m, appearance, camera) for s, m in zip(scenes, meshes, strict=True)], None

@@ -95,7 +95,6 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
 
 
 def _shade_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
-    """Returns (k, 3) the colours of the pixels in the mask `seen`."""
     elements = buffer.elements[seen]
 
     def at_pixels(values: Floats) -> Floats:

@@ -185,7 +185,6 @@ def verdict_text(result: Comparison, unit: str | None = None) -> str:
 
 
 def _within(side: Deviation, tolerance: float) -> str:
-    """Returns the share of the area within the tolerance; below 100 % if any place is beyond it."""
     return f"{min(100.0 * (side.within or 0.0), 99.99 if side.largest.mesh_units > tolerance else 100.0):.4g} %"
 
 

@@ -319,7 +319,6 @@ def _of_pyvista(mesh: Any) -> Arrays:
 
 
 def _pop(values: Values, names: Sequence[str], columns: Sequence[int]) -> NDArray[Any] | None:
-    """Removes and returns the first array with one of these names and numbers of columns; None if there is none."""
     name = next((n for n, a in values.items() if n.lower() in names and a.ndim == 2 and a.shape[1] in columns), None)
     return None if name is None else values.pop(name)
 

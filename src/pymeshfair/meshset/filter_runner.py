@@ -108,7 +108,6 @@ def _with_changed_ids(declared: Filter, values: Mapping[str, Any], change: Calla
 
 
 def _sized(step: Step, current: Callable[[], Layer]) -> Step:
-    """The step with the size of the current layer if it has relative lengths and no size yet."""
     units = {length.unit for length in step.relative_lengths.values()}
     if not units or step.size is not None:
         return step

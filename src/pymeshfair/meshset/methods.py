@@ -128,10 +128,9 @@ def length_text(length: Length) -> str:
 
 def method_docstring(declared: Filter) -> str:
     """Returns a docstring in Google style: the description, the parameters with allowed values, and the references."""
-    builtin = (
-        f"MeshLab's filter {declared.name!r}.\n\nMenus: {declared.menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
-    )
-    parts = [_rewrapped(paragraph) for paragraph in (declared.info.strip() or builtin).split("\n\n")]
+    where = f"Menus: {declared.menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
+    info = declared.info.strip() or f"MeshLab's filter {declared.name!r}.\n\n{where}"
+    parts = [_rewrapped(paragraph) for paragraph in info.split("\n\n")]
     if declared.parameters:
         parts.append("Args:\n" + "\n".join(_described(p) for p in declared.parameters))
     parts.append(f"Returns:\n{_indented('What the filter reports, by name; None if it reports nothing.', 4)}")

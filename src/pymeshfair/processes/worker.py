@@ -130,7 +130,7 @@ def serve(modules: Sequence[str]) -> None:
     """Carries out the orders on stdin; imports `modules` while it waits for the first order."""
     collect_seldom()
     orders, reports = _take_over_streams()
-    faulthandler.enable(2)  # not sys.stderr: a program that was forked may have replaced it
+    faulthandler.enable()
     _Channel.reports = reports
     inbox: SimpleQueue[Order] = SimpleQueue()
     threading.Thread(target=_receive, args=(orders, inbox), daemon=True).start()
@@ -153,7 +153,6 @@ def _call(order: Order) -> Any:
 
 
 def _prepare(modules: Sequence[str], inbox: SimpleQueue[Order]) -> None:
-    """Loads the modules and the linker; stops when the first order arrives."""
     from ..filters.compilation.machine_code import load_linker
 
     loads: list[Callable[[], Any]] = [*(partial(importlib.import_module, name) for name in modules), load_linker]

@@ -153,7 +153,6 @@ class _Reader:
         self._end_with(message, self._parser.CurrentLineNumber)
 
     def _problem(self, message: str, suggestion: str | None = None, *, lines_ago: int = 0) -> None:
-        """Add a problem that is `lines_ago` lines before the parser's line."""
         line, read = self._parser.CurrentLineNumber - lines_ago, self._read
         filter = None if self._filter is None else self._filter.name
         read.problems.append(Problem(file=read.name, line=line, filter=filter, message=message, suggestion=suggestion))
