@@ -225,7 +225,6 @@ def without_extras(output: Path, source: Path, extras: Sequence[str]) -> str:
 
 
 def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float], output: Path) -> list[str]:
-    """Returns a warning if rounding moves vertices noticeably; raises `OutputError` if it destroys the shape."""
     if kind.rounding == 0.0 or not (resolution := resolve()):
         return []
     rounding = float(np.abs(mesh.vertices).max()) * kind.rounding
