@@ -108,9 +108,7 @@ class Session:
             self._event(PhaseStarted("reading"))
             read, source = self._load(self._job.input)
             self._unit = self._job.unit_of(read.unit)
-            self._job.lengths_in(
-                self._unit
-            )  # refuses lengths such as 0.05mm before the steps if the scan's unit is unknown
+            self._job.lengths_in(self._unit)  # refuses lengths such as 0.05mm before the steps if the scan's unit is unknown
             self._warn(*self._job.doubts_of_unit(read.unit))
             read = replace(read, unit=self._job.unit or read.unit or self._unit)
             others = [self._load(path) for path in self._job.others]
